@@ -1,0 +1,96 @@
+"""Every knob of the trade between speed and accuracy, and the presets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from glbump import validate as check
+from glbump.errors import SceneError
+
+PRESETS: dict[str, dict[str, Any]] = {
+    # One look-up a pixel; nearest level of the environment's mip chain.
+    "fast": {
+        "samples": 1,
+        "environment_filter": "bilinear",
+        "bump_filter": "trilinear",
+        "texture_format": "half",
+        "frame_format": "half",
+        "silhouette": 0.25,
+        "gloss_size": 64,
+        "gloss_samples": 32,
+    },
+    "balanced": {
+        "samples": 4,
+        "environment_filter": "trilinear",
+        "bump_filter": "trilinear",
+        "texture_format": "half",
+        "frame_format": "half",
+        "silhouette": 0.1,
+        "gloss_size": 128,
+        "gloss_samples": 64,
+    },
+    # No mip levels: the samples alone average, so more of them converge to the truth.
+    "exact": {
+        "samples": 16,
+        "environment_filter": "bilinear",
+        "bump_filter": "bilinear",
+        "texture_format": "float",
+        "frame_format": "float",
+        "silhouette": 0.02,
+        "gloss_size": 128,
+        "gloss_samples": 256,
+    },
+}
+
+
+_FROM_PRESET: Any = None
+
+
+@dataclass(frozen=True)
+class Quality(check.Frozen):
+    """Every knob of the trade between speed and accuracy; what is None takes the preset's value.
+
+    samples: samples a pixel, a square number. environment_filter, bump_filter: "bilinear" (level 0 alone) or
+    "trilinear" (mip levels by the sample's footprint). texture_format, frame_format: "half" or "float".
+    silhouette: how far, in pixels, a curved shape's outline may lie from the true one.
+    gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: per texel.
+    """
+
+    preset: str = "balanced"
+    samples: int = _FROM_PRESET
+    environment_filter: str = _FROM_PRESET
+    bump_filter: str = _FROM_PRESET
+    texture_format: str = _FROM_PRESET
+    frame_format: str = _FROM_PRESET
+    silhouette: float = _FROM_PRESET
+    gloss_size: int = _FROM_PRESET
+    gloss_samples: int = _FROM_PRESET
+
+    def __post_init__(self) -> None:
+        check.choice("quality", self.preset, PRESETS)
+        values = {
+            k: v if getattr(self, k) is None else getattr(self, k) for k, v in PRESETS[self.preset].items()
+        }
+        samples = check.integer("quality.samples", values["samples"], least=1, most=4096)
+        if round(samples**0.5) ** 2 != samples:
+            raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {samples}")
+        for name in ("environment_filter", "bump_filter"):
+            check.choice(f"quality.{name}", values[name], ("bilinear", "trilinear"))
+        for name in ("texture_format", "frame_format"):
+            check.choice(f"quality.{name}", values[name], ("half", "float"))
+        size = check.integer("quality.gloss_size", values["gloss_size"], least=4, most=1024)
+        if size & (size - 1):
+            raise SceneError(f"quality.gloss_size must be a power of two; got {size}")
+        values.update(
+            samples=samples,
+            silhouette=check.number("quality.silhouette", values["silhouette"], least=0.001, most=64),
+            gloss_size=size,
+            gloss_samples=check.integer("quality.gloss_samples", values["gloss_samples"], least=1, most=4096),
+        )
+        self._store(**values)
+
+
+def quality_of(value: str | Quality) -> Quality:
+    """A Quality, given one or the name of a preset."""
+    return value if isinstance(value, Quality) else Quality(value)

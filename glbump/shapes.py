@@ -1,0 +1,156 @@
+"""The shapes a scene can hold, and where they stand: plain data; `mesh.py` makes triangles of them."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump import validate as check
+from glbump.errors import SceneError
+
+Vec2 = tuple[float, float]
+Vec3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Quad(check.Frozen):
+    """A flat convex quadrilateral; u,v by inverse bilinear interpolation of its corners.
+
+    corners: lower left, lower right, upper right, upper left, seen from its front,
+    with uv (0,0) (1,0) (1,1) (0,1).
+    """
+
+    kind: ClassVar[str] = "quad"
+    corners: tuple[Vec3, Vec3, Vec3, Vec3] = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+
+    def __post_init__(self) -> None:
+        if not hasattr(self.corners, "__len__") or isinstance(self.corners, str) or len(self.corners) != 4:
+            raise SceneError(f"quad.corners must be 4 points of 3 numbers; got {self.corners!r:.80}")
+        corners = tuple(check.vector(f"quad.corners[{i}]", c, 3) for i, c in enumerate(self.corners))
+        self._store(corners=corners)
+        p = np.array(corners, dtype=np.float64)
+        edges = np.roll(p, -1, axis=0) - p
+        turns = np.cross(edges, np.roll(edges, -1, axis=0))
+        normal = np.cross(p[2] - p[0], p[3] - p[1])
+        size = float(np.abs(p - p.mean(axis=0)).max())
+        area = float(np.linalg.norm(normal))
+        if area <= 1e-12 * size * size or not np.all(turns @ normal > 0):
+            raise SceneError(
+                "quad.corners must go counter-clockwise round a convex quadrilateral with four corners; "
+                f'got {corners}; use kind = "mesh" for other outlines'
+            )
+        height = float(np.abs((p - p[0]) @ normal).max()) / area
+        if height > 1e-5 * size:
+            raise SceneError(
+                f"quad.corners must lie in one plane, to 1e-5 of its size; got {height / size:.2g}; "
+                'use kind = "mesh" for a bent patch'
+            )
+
+
+@dataclass(frozen=True)
+class Plane(check.Frozen):
+    """A rectangle of `size` (x, z) about the origin, facing +Y; u along +X, v along -Z."""
+
+    kind: ClassVar[str] = "plane"
+    size: Vec2 = (2.0, 2.0)
+
+    def __post_init__(self) -> None:
+        self._store(size=check.vector("plane.size", self.size, 2, above=0))
+
+
+@dataclass(frozen=True)
+class Cube(check.Frozen):
+    """A box of `size` (x, y, z) about the origin; every face has uv 0..1, seen upright from outside."""
+
+    kind: ClassVar[str] = "cube"
+    size: Vec3 = (2.0, 2.0, 2.0)
+
+    def __post_init__(self) -> None:
+        self._store(size=check.vector("cube.size", self.size, 3, above=0))
+
+
+@dataclass(frozen=True)
+class Sphere(check.Frozen):
+    """A sphere of `radius` about the origin with latitude-longitude uv; u = 1/2 faces +Z."""
+
+    kind: ClassVar[str] = "sphere"
+    radius: float = 1.0
+
+    def __post_init__(self) -> None:
+        self._store(radius=check.number("sphere.radius", self.radius, above=0))
+
+
+@dataclass(frozen=True)
+class Torus(check.Frozen):
+    """A ring of `radius` around +Y with a `tube` of its own radius; v = 1/2 on the outer equator, rising."""
+
+    kind: ClassVar[str] = "torus"
+    radius: float = 1.0
+    tube: float = 0.35
+
+    def __post_init__(self) -> None:
+        radius = check.number("torus.radius", self.radius, above=0)
+        self._store(radius=radius, tube=check.number("torus.tube", self.tube, above=0))
+        if self.tube >= radius:
+            raise SceneError(
+                f"torus.tube must be smaller than torus.radius (the ring would cut itself); "
+                f"got tube {self.tube:g} and radius {radius:g}"
+            )
+
+
+@dataclass(frozen=True)
+class MeshFile(check.Frozen):
+    """A mesh from an OBJ, PLY, STL or GLB file."""
+
+    kind: ClassVar[str] = "mesh"
+    path: Path
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.path, str | os.PathLike) or not str(self.path):
+            raise SceneError(f"mesh.path must be the path of a mesh file; got {self.path!r:.80}")
+        self._store(path=Path(self.path))
+
+
+Shape = Quad | Plane | Cube | Sphere | Torus | MeshFile
+SHAPES: tuple[type[Any], ...] = (Quad, Plane, Cube, Sphere, Torus, MeshFile)
+
+
+@dataclass(frozen=True)
+class Transform(check.Frozen):
+    """Where a shape stands in the world: first scaled, then rotated, then moved.
+
+    translate: world units. rotate: degrees about the fixed world axes x, then y, then z.
+    scale: one factor, or one for each axis; none may be 0; a negative one mirrors.
+    """
+
+    translate: Vec3 = (0.0, 0.0, 0.0)
+    rotate: Vec3 = (0.0, 0.0, 0.0)
+    scale: Vec3 | float = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        scale = self.scale if hasattr(self.scale, "__len__") else (self.scale,) * 3
+        checked = check.vector("transform.scale", scale, 3)
+        if 0.0 in checked:
+            raise SceneError(f"transform.scale must not hold 0 (the surface would vanish); got {checked}")
+        self._store(
+            translate=check.vector("transform.translate", self.translate, 3),
+            rotate=check.vector("transform.rotate", self.rotate, 3),
+            scale=checked,
+        )
+
+    def matrix(self) -> npt.NDArray[np.float64]:
+        """(4, 4) float64: world_from_object for column vectors."""
+        rx, ry, rz = np.radians(self.rotate)
+        cx, sx, cy, sy, cz, sz = np.cos(rx), np.sin(rx), np.cos(ry), np.sin(ry), np.cos(rz), np.sin(rz)
+        about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+        about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+        about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+        result = np.eye(4)
+        result[:3, :3] = about_z @ about_y @ about_x @ np.diag(np.asarray(self.scale, dtype=np.float64))
+        result[:3, 3] = self.translate
+        return result

@@ -1,0 +1,90 @@
+"""Checks of single values, so that every dataclass refuses bad input in the same words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from glbump.errors import SceneError, unknown
+
+
+def _article(what: str, allowed: str, got: object) -> str:
+    text = repr(got)
+    return f"{what} must be {allowed}; got {text if len(text) < 80 else text[:77] + '...'}"
+
+
+def number(
+    what: str,
+    value: Any,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+) -> float:
+    """`value` as a finite float: greater than `above`, within [`least`, `most`]; SceneError otherwise."""
+    limits = (("above", above), ("at least", least), ("at most", most))
+    bounds = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
+    allowed = " ".join(["a finite number", " and ".join(bounds)]).strip()
+    if isinstance(value, bool | str):
+        raise SceneError(_article(what, allowed, value))
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(_article(what, allowed, value)) from None
+    if (
+        not math.isfinite(result)
+        or (above is not None and result <= above)
+        or (least is not None and result < least)
+        or (most is not None and result > most)
+    ):
+        raise SceneError(_article(what, allowed, value))
+    return result
+
+
+def integer(what: str, value: Any, *, least: int, most: int) -> int:
+    """`value` as an int within [`least`, `most`]; SceneError otherwise."""
+    result = number(what, value, least=least, most=most)
+    if result != int(result):
+        raise SceneError(_article(what, f"a whole number from {least} to {most}", value))
+    return int(result)
+
+
+def flag(what: str, value: Any) -> bool:
+    """`value` when it is True or False; SceneError otherwise."""
+    if not isinstance(value, bool):
+        raise SceneError(_article(what, "true or false", value))
+    return value
+
+
+def choice(what: str, value: Any, allowed: Iterable[str]) -> str:
+    """`value` when it is one of `allowed`; SceneError with the nearest right word otherwise."""
+    names = list(allowed)
+    if value not in names:
+        raise SceneError(unknown(what, value, names))
+    return str(value)
+
+
+def vector(what: str, value: Any, length: int, **bounds: float | None) -> tuple[float, ...]:
+    """`value` as a tuple of `length` finite floats, each within `bounds` as in `number`."""
+    # NumPy arrays and lists alike; a string is a sequence too, and never meant.
+    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != length:
+        raise SceneError(_article(what, f"{length} numbers", value))
+    return tuple(number(f"{what}[{i}]", v, **bounds) for i, v in enumerate(value))
+
+
+def instance(what: str, value: Any, kinds: type | Sequence[type]) -> Any:
+    """`value` when it is an instance of one of `kinds`; SceneError naming them otherwise."""
+    allowed = (kinds,) if isinstance(kinds, type) else tuple(kinds)
+    if not isinstance(value, allowed):
+        names = ", ".join(k.__name__ for k in allowed)
+        raise SceneError(_article(what, f"one of {names}" if len(allowed) > 1 else f"a {names}", value))
+    return value
+
+
+class Frozen:
+    """Lets __post_init__ of a frozen dataclass store the checked value."""
+
+    def _store(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
