@@ -1,0 +1,29 @@
+"""Fixtures every test may use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from glbump.gl.context import Context, open_context
+
+
+@pytest.fixture(scope="session")
+def context() -> Iterator[Context]:
+    """The one context of the test run."""
+    with open_context() as opened:
+        yield opened
+
+
+@pytest.fixture(autouse=True)
+def gl_error_state(request: pytest.FixtureRequest) -> Iterator[None]:
+    """A test that draws in `context` finds and leaves it current and free of GL errors."""
+    if "context" not in request.fixturenames:
+        yield
+        return
+    opened: Context = request.getfixturevalue("context")
+    opened.check("start a test")
+    yield
+    opened.check("look for GL errors")
+    assert opened.gl.error == "GL_NO_ERROR"
