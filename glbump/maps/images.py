@@ -1,0 +1,202 @@
+"""Pictures: files <-> linear float arrays. The one place for sRGB, orientation and limits.
+
+What a picture means:
+
+- Integer colour (8 and 16 bits) is sRGB and is decoded, unless the file itself says that it is linear; float
+  colour is linear. ICC profiles, and gamma tags other than 1, are not applied.
+- Heights and normals are data: never sRGB-decoded.
+- The orientation tag (EXIF, TIFF) is obeyed: row 0 is the top as every viewer shows it.
+- Of a mip-mapped file, the largest level. Several pictures in one file are an error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.errors import ImageError
+from glbump.maps.colour import TONES, linear_from_srgb, srgb_from_linear, tone_map
+from glbump.maps.stored import (
+    MAX_BYTES,
+    MAX_PIXELS,
+    ArraySource,
+    Source,
+    Stored,
+    count_and_first,
+    read_stored,
+)
+
+__all__ = [
+    "MAX_BYTES",
+    "MAX_PIXELS",
+    "TONES",
+    "ArraySource",
+    "Picture",
+    "Source",
+    "linear_from_srgb",
+    "read_colour",
+    "read_height",
+    "read_normals",
+    "read_picture",
+    "srgb_from_linear",
+    "tone_map",
+]
+
+NORMAL_LENGTH_ERROR = 0.3
+"""Most that the vectors of a normal map may differ from length 1, on average. Photographs: 0.26 to 0.6 (and
+their z is negative as often as not); real maps: 0.01 to 0.1."""
+
+NORMAL_BEHIND = 0.01
+"""Largest share of a normal map's pixels whose normal may point into the surface (z <= 0)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture in memory.
+
+    pixels: (H, W, C) float32, contiguous, row 0 on top; linear light for colour, -1..1 for normals.
+    bits: of one channel in the source. is_float: whether the source held floats.
+    envmap: what an OpenEXR header says it is: "latlong", "cube" or None. name: for messages.
+    """
+
+    pixels: npt.NDArray[np.float32]
+    bits: int
+    is_float: bool
+    envmap: str | None
+    name: str
+
+
+def read_colour(source: Source) -> Picture:
+    """Colour as (H, W, 3) linear light; grey pictures give three equal channels.
+
+    Alpha is dropped where it is 1 everywhere; a transparent pixel is an ImageError, since what would show
+    through it is not said. Six faces (6, N, N, C) in an array come out as a column (6N, N, 3).
+    """
+    stored = read_stored(source)
+    pixels, colours = stored.pixels, stored.colours()
+    if "A" in stored.channels:
+        _require_opaque(stored)
+    if colours != (0, 1, 2) or pixels.shape[2] != 3:
+        pixels = np.ascontiguousarray(pixels[:, :, list(colours)])
+    return _picture(stored, _linear(stored, pixels))
+
+
+def read_picture(source: Source) -> Picture:
+    """Grey or colour as linear light, with straight alpha where there is one: (H, W, 1, 2, 3 or 4).
+
+    For what glbump itself has drawn. OpenEXR's premultiplied colour is divided by its alpha.
+    """
+    stored = read_stored(source)
+    colours = sorted(set(stored.colours()))
+    picked = stored.pixels[:, :, colours]
+    pixels = _linear(stored, np.ascontiguousarray(picked))
+    if "A" in stored.channels:
+        alpha = _unit_range(stored.pixels[:, :, stored.channels.index("A")], stored)
+        if stored.premultiplied and (alpha != 1).any():
+            pixels /= np.where(alpha > 0, alpha, 1)[..., None]
+        pixels = np.concatenate([pixels, alpha[..., None]], axis=2)
+    return _picture(stored, pixels)
+
+
+def read_height(source: Source, channel: str | None = None) -> Picture:
+    """Heights as (H, W, 1): integers divided by their largest value, floats as they are; never sRGB-decoded.
+
+    channel: "r", "g", "b" or "a"; without it the picture must be grey, alone or as three equal channels.
+    """
+    stored = read_stored(source)
+    index = stored.channel(channel) if channel is not None else _grey_channel(stored)
+    return _picture(stored, _unit_range(stored.pixels[:, :, index : index + 1], stored))
+
+
+def read_normals(source: Source) -> Picture:
+    """A tangent-space normal map as (H, W, 3) vectors, not normalised; alpha (often a height) is not read.
+
+    8-bit values c are (c - 128) / 127, so that 128 is 0; 16 bits and floats 2 c - 1; floats that hold vectors
+    already (a negative value, or unit length as they stand) are taken as they are.
+    ImageError for a picture that is no normal map.
+    """
+    stored = read_stored(source)
+    raw = np.ascontiguousarray(stored.pixels[:, :, list(stored.colours())])
+    if stored.bits == 8 and not stored.is_float:
+        vectors = (raw.astype(np.float32) - 128) / np.float32(127)
+    elif stored.is_float and (raw.min() < 0 or _length_error(raw) < 0.01):
+        vectors = raw
+    else:
+        vectors = 2 * _unit_range(raw, stored) - 1
+    _require_normals(vectors, stored.name)
+    return _picture(stored, vectors)
+
+
+def _picture(stored: Stored, pixels: npt.NDArray[np.float32]) -> Picture:
+    return Picture(np.ascontiguousarray(pixels), stored.bits, stored.is_float, stored.envmap, stored.name)
+
+
+def _linear(stored: Stored, pixels: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """Stored colour -> linear light float32, by table for integers."""
+    if stored.is_float:
+        return pixels.astype(np.float32, copy=False)
+    if stored.says_linear:
+        return _unit_range(pixels, stored)
+    if stored.bits == 32:
+        return linear_from_srgb(_unit_range(pixels, stored)).astype(np.float32)
+    steps = 2**stored.bits
+    return linear_from_srgb(np.arange(steps) / (steps - 1)).astype(np.float32).take(pixels)
+
+
+def _unit_range(pixels: npt.NDArray[Any], stored: Stored) -> npt.NDArray[np.float32]:
+    """Integers -> 0..1; floats as they are."""
+    if stored.is_float:
+        return pixels.astype(np.float32, copy=False)
+    # In float64 because 1/65535 times a value, rounded twice, is not the value divided.
+    return (pixels / (2.0**stored.bits - 1)).astype(np.float32)
+
+
+def _grey_channel(stored: Stored) -> int:
+    r, g, b = stored.colours()
+    if r != g:
+        red = stored.pixels[:, :, r]
+        other = (red != stored.pixels[:, :, g]) | (red != stored.pixels[:, :, b])
+        if other.any():
+            raise ImageError(
+                f"{stored.name}: a height picture must be grey; {count_and_first(other)} are "
+                'coloured; say which channel holds the heights: channel = "r", "g", "b" or "a"'
+            )
+    if "A" in stored.channels:
+        _require_opaque(stored)
+    return r
+
+
+def _require_opaque(stored: Stored) -> None:
+    alpha = _unit_range(stored.pixels[:, :, stored.channels.index("A")], stored)
+    # Lossy compression of half floats leaves alpha some thousandths off 1.
+    clear = np.abs(alpha - 1) > (0.005 if stored.is_float else 0)
+    if clear.any():
+        raise ImageError(
+            f"{stored.name}: must be opaque; {count_and_first(clear)} have an alpha other than 1; "
+            "flatten it on a background, or save it without alpha"
+        )
+
+
+def _length_error(vectors: npt.NDArray[Any]) -> float:
+    """Mean distance of the vectors' lengths from 1."""
+    return float(np.abs(np.sqrt(np.einsum("...i,...i", vectors, vectors)) - 1).mean())
+
+
+def _require_normals(vectors: npt.NDArray[Any], name: str) -> None:
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    if vectors.size and np.array_equal(x, y) and np.array_equal(y, z):
+        raise ImageError(f"{name}: a grey picture is no normal map; if it holds heights, use bump.height")
+    off, behind = _length_error(vectors), float((z <= 0).mean())
+    if off > NORMAL_LENGTH_ERROR:
+        found = f"its lengths differ from 1 by {off:.2g} on average (at most {NORMAL_LENGTH_ERROR:g})"
+    elif behind > NORMAL_BEHIND:
+        found = f"{behind:.0%} of its vectors point into the surface (blue below the middle)"
+    else:
+        return
+    raise ImageError(
+        f"{name}: is no tangent-space normal map: {found}; give a map made for tangent space, "
+        "or heights with bump.height"
+    )
