@@ -1,39 +1,52 @@
-"""Opening an OpenGL context: which way, on which device, and if none, why not. The one place that opens them."""
+"""Opening an OpenGL context, and keeping it from misuse. The one place that opens them."""
 
 from __future__ import annotations
 
+import ctypes
 import os
+import sys
 import threading
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+import weakref
 from functools import cached_property
 from typing import Any
 
 import moderngl
 
 from glbump.errors import ContextError, unknown
-from glbump.gl import egl
 from glbump.gl.native import Native, RouteError
+from glbump.gl.ways import Attempt, table, ways
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer")
+SPAWN = 'start processes with multiprocessing.get_context("spawn") and open a context in each'
 
 
 class Context:
     """One open OpenGL core context, usable on the thread that opened it until `release`.
 
-    gl: the moderngl.Context; backend: "egl", "osmesa" or "window"; route: the way taken, in words; library: the
-    file it came from; device: EGL's device index, or None.
+    gl: the moderngl.Context; native: the window system's side of it; route: the way taken, in words; backend:
+    "egl", "osmesa" or "window"; library: the file it came from; device: EGL's index, or None.
     """
 
-    def __init__(self, native: Native, require: int) -> None:
-        self._native = native
+    def __init__(self, native: Native, route: str, require: int = 330) -> None:
         self._thread = threading.get_ident()
         self._process = os.getpid()
         self._released = False
-        self.backend, self.route, self.library = native.backend, native.route, native.library
-        self.device = native.device
-        self.gl = moderngl.create_context(require=require, standalone=True, context=native)
+        self.native = native
+        self.route, self.backend, self.library, self.device = (
+            route,
+            native.backend,
+            native.library,
+            native.device,
+        )
+        try:
+            self.gl = moderngl.create_context(require=require, standalone=True, context=native)  # type: ignore[arg-type]
+        except Exception as error:  # moderngl raises ValueError, its own Error, and bare Exception
+            self._released = True
+            native.destroy()
+            raise RouteError(
+                f"moderngl: {error}", "update the graphics driver, or try another backend"
+            ) from None
 
     @cached_property
     def info(self) -> dict[str, Any]:
@@ -47,45 +60,66 @@ class Context:
             "max_texture_size": limits["GL_MAX_TEXTURE_SIZE"],
             "max_cube_size": limits["GL_MAX_CUBE_MAP_TEXTURE_SIZE"],
             "max_renderbuffer_size": limits["GL_MAX_RENDERBUFFER_SIZE"],
+            "max_texture_units": limits["GL_MAX_TEXTURE_IMAGE_UNITS"],
             "max_samples": self.gl.max_samples,
             "max_anisotropy": self.gl.max_anisotropy,
-            "max_texture_units": limits["GL_MAX_TEXTURE_IMAGE_UNITS"],
         }
 
-    @property
+    @cached_property
     def is_software(self) -> bool:
         """Whether the CPU does the drawing (llvmpipe and its kin)."""
         return any(name in str(self.info["renderer"]).lower() for name in SOFTWARE)
 
     def make_current(self) -> None:
-        """Let this thread's GL calls reach this context."""
-        if not self._native.is_current():
-            self._native.make_current()
+        """Let this thread's GL calls reach this context; ContextError where the driver refuses."""
+        if not self.native.is_current():
+            try:
+                self.native.make_current()
+            except RouteError as error:
+                raise ContextError(f"the OpenGL context is lost: {error}; open a new one") from None
 
     def check(self, what: str = "draw") -> None:
-        """Make current, or ContextError: released, on a thread other than the opener's, or in a forked process."""
+        """Make current, or ContextError: released, not on the opener's thread, or in a forked process."""
         if self._released:
             raise ContextError(f"cannot {what}: this OpenGL context is released; open a new one")
         if os.getpid() != self._process:
             raise ContextError(
-                f"cannot {what}: this OpenGL context belongs to the process this one was forked from; "
-                'start processes with multiprocessing.get_context("spawn") and open one in each'
+                f"cannot {what}: this OpenGL context stayed behind in the process forked from; {SPAWN}"
             )
         if threading.get_ident() != self._thread:
             raise ContextError(
                 f"cannot {what}: this OpenGL context belongs to the thread that opened it; "
-                "open one per thread, or draw on that thread"
+                "draw on that thread, or open one for this"
             )
         self.make_current()
 
+    def live_objects(self) -> dict[str, int]:
+        """How many objects of each kind live in this context, by asking OpenGL for the names 1 to 4096."""
+        self.check("count objects")
+        count = {}
+        for kind in ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "VertexArray", "Program"):
+            address = self.native.load_opengl_function(f"glIs{kind}")
+            is_one = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(address)
+            count[kind.lower()] = sum(is_one(name) for name in range(1, 4097))
+        return count
+
     def release(self) -> None:
-        """Give the context back, with every GL object in it. A second call does nothing."""
+        """Give the context back with every GL object in it; a second call does nothing."""
         if self._released:
             return
         self.check("release")
+        self._destroy()
+
+    def _destroy(self) -> None:
         self._released = True
         self.gl.release()
-        self._native.destroy()
+        self.native.destroy()
+
+    def __del__(self) -> None:
+        # Forgotten, not released: its megabytes go all the same, without touching what is current.
+        mine = os.getpid() == self._process and threading.get_ident() == self._thread
+        if not self._released and mine and not sys.is_finalizing():
+            self._destroy()
 
     def __enter__(self) -> Context:
         self.check("enter")
@@ -95,41 +129,69 @@ class Context:
         self.release()
 
 
-@dataclass(frozen=True)
-class Attempt:
-    """One way that was tried and failed."""
-
-    route: str
-    library: str
-    error: str
-    mend: str
-
-
-Opener = Callable[[], Native]
-
-
-def _egl_ways(device: int | None, require: int) -> Iterator[tuple[str, str, Opener]]:
-    library = egl.library(egl.LIBRARY)
-    found = egl.devices(library)
-    for one in found:
-        if device is None or one.index == device:
-            yield one.route, library.name, lambda one=one: egl.EglContext(library, one.route, one, require)
-    if device is None:
-        yield "egl surfaceless", library.name, lambda: egl.EglContext(library, "egl surfaceless", None, require)
+# What is open now, and the process that first opened something: both bar the way to silently wrong pictures.
+_open: weakref.WeakSet[Context] = weakref.WeakSet()
+_first_process: int | None = None
 
 
 def open_context(backend: str = "auto", device: int | None = None, require: int = 330) -> Context:
-    """An OpenGL core context of version `require` (330 is 3.3) or newer, with no display unless backend = "window".
+    """An OpenGL core context of version `require` (330 is 3.3) or newer, current on this thread.
 
-    "auto" tries EGL's hardware devices, its software device, EGL without a surface, then OSMesa; GLBUMP_BACKEND and
-    GLBUMP_DEVICE stand in for arguments not given. ContextError says what was tried, what failed and what mends it.
+    "auto" tries EGL's hardware devices, its software device, EGL on no device, then OSMesa; "window" is a
+    hidden window and needs a display. `device` is an index in EGL's own order. GLBUMP_BACKEND and
+    GLBUMP_DEVICE in the environment stand for arguments left at "auto" and None. A process has one backend
+    open at a time, and "auto" keeps to it.
+
+    ContextError: a wrong argument (one line), or no way led to a context (a table of what was tried, what
+    each library said, and what mends it).
     """
+    global _first_process
+    backend, device = _chosen(backend, device)
+    if _first_process not in (None, os.getpid()):
+        raise ContextError(f"cannot open OpenGL in a process forked from one that had opened it; {SPAWN}")
+    opened = next((context.backend for context in _open), "auto")
+    if opened != "auto" and backend not in ("auto", opened):
+        # Mesa's libraries share one dispatch table: the one's calls would draw into the other's textures.
+        raise ContextError(
+            f"cannot open {backend} while {opened} is open: use it, or release it, or another process"
+        )
+    _first_process = os.getpid()
+    failed: list[Attempt] = []
+    for way in ways(opened if backend == "auto" else backend, device):
+        if isinstance(way, Attempt):
+            failed.append(way)
+            continue
+        try:
+            context = Context(way.open(require), way.route, require)
+        except RouteError as error:
+            failed.append(Attempt(way.route, way.library, str(error), error.mend))
+        else:
+            _open.add(context)
+            return context
+    wanted = f"OpenGL {require // 100}.{require // 10 % 10} core, backend {backend}"
+    raise ContextError(f"no OpenGL context ({wanted}). Tried:\n{table(failed)}")
+
+
+def _chosen(backend: str, device: int | None) -> tuple[str, int | None]:
+    """The arguments, checked, with the environment's word where they leave the choice open."""
     if backend not in BACKENDS:
         raise ContextError(unknown("backend", backend, BACKENDS))
-    failed = []
-    for route, library, opener in _egl_ways(device, require):
-        try:
-            return Context(opener(), require)
-        except RouteError as error:
-            failed.append(Attempt(route, library, str(error), error.mend))
-    raise ContextError(f"no OpenGL: {failed}")
+    named = os.environ.get("GLBUMP_BACKEND")
+    if backend == "auto" and named:
+        if named not in BACKENDS:
+            raise ContextError(unknown("backend in GLBUMP_BACKEND,", named, BACKENDS))
+        backend = named
+    if backend in ("osmesa", "window"):
+        if device is not None:
+            raise ContextError(
+                f"device={device!r} goes with backend egl; {backend} has no devices, leave it out"
+            )
+        return backend, None
+    indexed = os.environ.get("GLBUMP_DEVICE")
+    if device is None and indexed:
+        if not indexed.isdecimal():
+            raise ContextError(f"GLBUMP_DEVICE must be a device index, 0 or more; got {indexed!r}")
+        return backend, int(indexed)
+    if device is not None and (isinstance(device, bool) or not isinstance(device, int) or device < 0):
+        raise ContextError(f"device must be an index, 0 or more; got {device!r}")
+    return backend, device

@@ -18,17 +18,19 @@ NO_LIBRARY = f"install it: {APT}"
 NO_DRIVER = f"install a driver: {APT}; NVIDIA in a container: NVIDIA_DRIVER_CAPABILITIES=graphics,utility"
 NO_RIGHT = "give the container the device (docker run --gpus all, or --device /dev/dri and its group)"
 
-_NAMES = (
-    "SUCCESS NOT_INITIALIZED BAD_ACCESS BAD_ALLOC BAD_ATTRIBUTE BAD_CONFIG BAD_CONTEXT BAD_CURRENT_SURFACE "
-    "BAD_DISPLAY BAD_MATCH BAD_NATIVE_PIXMAP BAD_NATIVE_WINDOW BAD_PARAMETER BAD_SURFACE CONTEXT_LOST"
-).split()
+# fmt: off
+_NAMES = (  # from 0x3000 on
+    "SUCCESS", "NOT_INITIALIZED", "BAD_ACCESS", "BAD_ALLOC", "BAD_ATTRIBUTE", "BAD_CONFIG", "BAD_CONTEXT",
+    "BAD_CURRENT_SURFACE", "BAD_DISPLAY", "BAD_MATCH", "BAD_NATIVE_PIXMAP", "BAD_NATIVE_WINDOW",
+    "BAD_PARAMETER", "BAD_SURFACE", "CONTEXT_LOST",
+)
+# fmt: on
 _EXTENSIONS, _OPENGL_API = 0x3055, 0x30A2
 _PLATFORM_DEVICE, _PLATFORM_SURFACELESS = 0x313F, 0x31DD
 # SURFACE_TYPE = PBUFFER_BIT, RENDERABLE_TYPE = OPENGL_BIT, NONE
 _CONFIG = (c_int * 5)(0x3033, 0x0001, 0x3040, 0x0008, 0x3038)
 _MAJOR, _MINOR, _PROFILE, _CORE, _NONE = 0x3098, 0x30FB, 0x30FD, 0x1, 0x3038
 _PBUFFER = (c_int * 5)(0x3057, 1, 0x3056, 1, _NONE)
-_GL_VERSION, _DRAW, _READ = 0x1F02, 0x3059, 0x305A
 
 _SIGNATURES = {
     "eglGetError": (c_int, ()),
@@ -41,8 +43,6 @@ _SIGNATURES = {
     "eglCreatePbufferSurface": (c_void_p, (c_void_p, c_void_p, POINTER(c_int))),
     "eglMakeCurrent": (c_int, (c_void_p, c_void_p, c_void_p, c_void_p)),
     "eglGetCurrentContext": (c_void_p, ()),
-    "eglGetCurrentDisplay": (c_void_p, ()),
-    "eglGetCurrentSurface": (c_void_p, (c_int,)),
     "eglDestroyContext": (c_int, (c_void_p, c_void_p)),
     "eglDestroySurface": (c_int, (c_void_p, c_void_p)),
 }
@@ -82,7 +82,10 @@ class Library:
 
     def call(self, function: str, *arguments: object, mend: str = NO_DRIVER) -> int:
         """The result of `function`, never 0: that is a RouteError naming the function and EGL's error."""
-        result: int | None = getattr(self, function)(*arguments)
+        entry = getattr(self, function)
+        if entry is None:
+            raise RouteError(f"{self.name} is too old: it has no {function}", mend)
+        result: int | None = entry(*arguments)
         if not result:
             raise RouteError(f"{function} failed: {error_name(self.eglGetError())}", mend)
         return result
@@ -105,9 +108,7 @@ class Device:
 
 
 def devices(egl: Library) -> list[Device]:
-    """Every device EGL lists, hardware first; RouteError where EGL cannot list them."""
-    if not egl.eglQueryDevicesEXT:
-        raise RouteError("this libEGL cannot list devices (no EGL_EXT_device_enumeration)", NO_DRIVER)
+    """Every device EGL lists, hardware first; RouteError where it cannot list them or there is none."""
     count = c_int()
     egl.call("eglQueryDevicesEXT", 0, None, byref(count))
     handles = (c_void_p * max(count.value, 1))()
@@ -121,61 +122,41 @@ def devices(egl: Library) -> list[Device]:
 
 
 class EglContext(Native):
-    """A GL core context on one EGL display, with no surface (or a 1x1 one where EGL wants one)."""
+    """A GL core context on one EGL device, or on none (surfaceless); it has no picture of its own."""
 
     backend = "egl"
 
-    def __init__(self, egl: Library, route: str, device: Device | None, require: int) -> None:
-        super().__init__(route, egl.name, device.index if device else None)
-        self._egl = egl
+    def __init__(self, egl: Library, device: Device | None, require: int) -> None:
+        self._egl, self.library = egl, egl.name
+        self.device = device.index if device else None
         platform, handle = (_PLATFORM_DEVICE, device.handle) if device else (_PLATFORM_SURFACELESS, None)
-        if not egl.eglGetPlatformDisplayEXT:
-            raise RouteError("this libEGL has no eglGetPlatformDisplayEXT", NO_DRIVER)
         self._display = egl.call("eglGetPlatformDisplayEXT", platform, handle, None)
-        # Displays are the process's, not ours: initialising again is free, terminating would end other contexts.
+        # A display is the process's: initialising it again is free, terminating it ends others' contexts.
         egl.call("eglInitialize", self._display, None, None, mend=NO_RIGHT if device else NO_DRIVER)
         egl.call("eglBindAPI", _OPENGL_API)
         config, count = c_void_p(), c_int()
         egl.call("eglChooseConfig", self._display, _CONFIG, byref(config), 1, byref(count))
         self._config = config if count.value else None
+        version = (_MAJOR, require // 100, _MINOR, require // 10 % 10, _PROFILE, _CORE) if require else ()
+        attributes = (c_int * (len(version) + 1))(*version, _NONE)
         self._surface: int | None = None
-        self._context: int | None = self._create(require)
+        self._context: int | None = egl.eglCreateContext(self._display, self._config, None, attributes)
+        if not self._context:
+            error = f"eglCreateContext failed: {error_name(egl.eglGetError())}"
+            raise RouteError(error, NO_DRIVER, refused=bool(require))
         try:
             self._bind_surface()
         except RouteError:
-            egl.eglDestroyContext(self._display, self._context)
+            self.destroy()
             raise
 
-    def _create(self, require: int) -> int:
-        attributes = (c_int * 7)(_MAJOR, require // 100, _MINOR, require // 10 % 10, _PROFILE, _CORE, _NONE)
-        context: int | None = self._egl.eglCreateContext(self._display, self._config, None, attributes)
-        if context:
-            return context
-        reason = f"eglCreateContext failed: {error_name(self._egl.eglGetError())}"
-        raise RouteError(self._too_old(require) or reason, "update the driver, or try another device")
-
-    def _too_old(self, require: int) -> str | None:
-        """What the driver offers when it refuses `require`; None when it offers nothing either."""
-        lowest = (c_int * 1)(_NONE)
-        context = self._egl.eglCreateContext(self._display, self._config, None, lowest)
-        if not context:
-            return None
-        got = None
-        if self._egl.eglMakeCurrent(self._display, None, None, context):
-            address = self._egl.eglGetProcAddress(b"glGetString")
-            got = ctypes.CFUNCTYPE(c_char_p, c_int)(address)(_GL_VERSION)
-            self._egl.eglMakeCurrent(self._display, None, None, None)
-        self._egl.eglDestroyContext(self._display, context)
-        wanted = f"{require // 100}.{require // 10 % 10}"
-        return f"OpenGL too old: got {got.decode()}, needed {wanted} core" if got else None
-
     def _bind_surface(self) -> None:
-        if self._egl.eglMakeCurrent(self._display, None, None, self._context):
-            return
-        self._surface = self._egl.call("eglCreatePbufferSurface", self._display, self._config, _PBUFFER)
-        self.make_current()
+        if not self._egl.eglMakeCurrent(self._display, None, None, self._context):
+            # No EGL_KHR_surfaceless_context: a 1x1 surface, never drawn to.
+            self._surface = self._egl.call("eglCreatePbufferSurface", self._display, self._config, _PBUFFER)
+            self.make_current()
 
-    def load_opengl_function(self, name: str) -> int:
+    def _address(self, name: str) -> int:
         return self._egl.eglGetProcAddress(name.encode()) or 0
 
     def is_current(self) -> bool:
@@ -184,19 +165,9 @@ class EglContext(Native):
     def make_current(self) -> None:
         self._egl.call("eglMakeCurrent", self._display, self._surface, self._surface, self._context)
 
-    def current(self) -> tuple[Any, ...]:
-        egl = self._egl
-        surfaces = egl.eglGetCurrentSurface(_DRAW), egl.eglGetCurrentSurface(_READ)
-        return egl.eglGetCurrentDisplay(), *surfaces, egl.eglGetCurrentContext()
-
-    def restore(self, current: tuple[Any, ...]) -> None:
-        display, *rest = current
-        self._egl.eglMakeCurrent(display or self._display, *rest)
-
     def destroy(self) -> None:
         if self.is_current():
             self._egl.eglMakeCurrent(self._display, None, None, None)
         if self._surface:
             self._egl.eglDestroySurface(self._display, self._surface)
         self._egl.eglDestroyContext(self._display, self._context)
-        self._context = self._surface = None

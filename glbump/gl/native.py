@@ -3,34 +3,46 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
 
 
 class RouteError(Exception):
-    """One way to a context that failed: what the library said, and what would mend it."""
+    """One way to a context that failed: what the library said, and what would mend it.
 
-    def __init__(self, error: str, mend: str) -> None:
+    refused: the driver is there, but refused the version asked for.
+    """
+
+    def __init__(self, error: str, mend: str, *, refused: bool = False) -> None:
         super().__init__(error)
         self.mend = mend
+        self.refused = refused
+
+
+# A library's addresses serve all its contexts. moderngl 5.13 never frees the numbers it is given: new ones for
+# each context would leak 21 kB.
+_addresses: dict[tuple[str, str], int] = {}
 
 
 class Native(ABC):
-    """A current OpenGL context; `moderngl.create_context(context=native)` takes it as it is.
+    """An OpenGL core context, current when made; `moderngl.create_context(context=native)` takes it as it is.
 
-    route: which of the ways was taken, in words; library: the file it came from; device: EGL's index, or None.
+    backend: "egl", "osmesa" or "window"; library: the file it came from; device: EGL's index of it, or None.
+    Constructors raise RouteError, and take `require` (330 is 3.3), where 0 is whatever the driver likes best.
     """
 
     backend: str
+    library: str
+    device: int | None = None
 
-    def __init__(self, route: str, library: str, device: int | None = None) -> None:
-        self.route = route
-        self.library = library
-        self.device = device
-        self._outer: list[Any] = []
-
-    @abstractmethod
     def load_opengl_function(self, name: str) -> int:
         """The address of a GL function, 0 where there is none."""
+        key = self.library, name
+        if key not in _addresses:
+            _addresses[key] = self._address(name)
+        return _addresses[key]
+
+    @abstractmethod
+    def _address(self, name: str) -> int:
+        """What the library answers."""
 
     @abstractmethod
     def is_current(self) -> bool:
@@ -41,24 +53,15 @@ class Native(ABC):
         """Let GL calls of this thread reach this context; RouteError where the driver refuses."""
 
     @abstractmethod
-    def current(self) -> Any:
-        """What is current on this thread, for `restore`."""
-
-    @abstractmethod
-    def restore(self, current: Any) -> None:
-        """Make current again what `current` returned."""
-
-    @abstractmethod
     def destroy(self) -> None:
-        """Give the context back to the driver, with every GL object in it."""
+        """Give the context back to the driver with every GL object in it; it need not be current."""
 
     def __enter__(self) -> Native:
-        self._outer.append(self.current())
         self.make_current()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.restore(self._outer.pop())
+    def __exit__(self, *_: object) -> None:  # noqa: B027
+        """Nothing: whoever draws next makes his own context current."""
 
-    def release(self) -> None:
-        """moderngl calls this from `Context.release`; ours calls `destroy` itself, exactly once."""
+    def release(self) -> None:  # noqa: B027
+        """Nothing: moderngl calls this from its own release, and ours calls `destroy`, exactly once."""
