@@ -31,7 +31,7 @@ class Quad(check.Frozen):
     def __post_init__(self) -> None:
         if not hasattr(self.corners, "__len__") or isinstance(self.corners, str) or len(self.corners) != 4:
             raise SceneError(f"quad.corners must be 4 points of 3 numbers; got {self.corners!r:.80}")
-        corners = tuple(check.vector(f"quad.corners[{i}]", c, 3) for i, c in enumerate(self.corners))
+        corners = tuple(check.point(f"quad.corners[{i}]", c) for i, c in enumerate(self.corners))
         self._store(corners=corners)
         p = np.array(corners, dtype=np.float64)
         edges = np.roll(p, -1, axis=0) - p
@@ -60,7 +60,7 @@ class Plane(check.Frozen):
     size: Vec2 = (2.0, 2.0)
 
     def __post_init__(self) -> None:
-        self._store(size=check.vector("plane.size", self.size, 2, above=0))
+        self._store(size=check.vector("plane.size", self.size, 2, least=check.SHORTEST, most=check.LONGEST))
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Cube(check.Frozen):
     size: Vec3 = (2.0, 2.0, 2.0)
 
     def __post_init__(self) -> None:
-        self._store(size=check.vector("cube.size", self.size, 3, above=0))
+        self._store(size=check.vector("cube.size", self.size, 3, least=check.SHORTEST, most=check.LONGEST))
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Sphere(check.Frozen):
     radius: float = 1.0
 
     def __post_init__(self) -> None:
-        self._store(radius=check.number("sphere.radius", self.radius, above=0))
+        self._store(radius=check.length("sphere.radius", self.radius))
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ class Torus(check.Frozen):
     tube: float = 0.35
 
     def __post_init__(self) -> None:
-        radius = check.number("torus.radius", self.radius, above=0)
-        self._store(radius=radius, tube=check.number("torus.tube", self.tube, above=0))
+        radius = check.length("torus.radius", self.radius)
+        self._store(radius=radius, tube=check.length("torus.tube", self.tube))
         if self.tube >= radius:
             raise SceneError(
                 f"torus.tube must be smaller than torus.radius (the ring would cut itself); "
@@ -134,11 +134,14 @@ class Transform(check.Frozen):
 
     def __post_init__(self) -> None:
         scale = self.scale if hasattr(self.scale, "__len__") else (self.scale,) * 3
-        checked = check.vector("transform.scale", scale, 3)
-        if 0.0 in checked:
-            raise SceneError(f"transform.scale must not hold 0 (the surface would vanish); got {checked}")
+        checked = check.point("transform.scale", scale)
+        if min(map(abs, checked)) < check.SHORTEST:
+            raise SceneError(
+                f"transform.scale must be at least {check.SHORTEST:g} or at most -{check.SHORTEST:g} "
+                f"on each axis (the surface would vanish); got {checked}"
+            )
         self._store(
-            translate=check.vector("transform.translate", self.translate, 3),
+            translate=check.point("transform.translate", self.translate),
             rotate=check.vector("transform.rotate", self.rotate, 3),
             scale=checked,
         )

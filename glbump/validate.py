@@ -8,6 +8,9 @@ from typing import Any
 
 from glbump.errors import SceneError, unknown
 
+SHORTEST, LONGEST = 1e-18, 1e18
+"""World units. Beyond these, squares leave the range of the GPU's 32-bit floats."""
+
 
 def _article(what: str, allowed: str, got: object) -> str:
     text = repr(got)
@@ -42,6 +45,11 @@ def number(
     return result
 
 
+def length(what: str, value: Any) -> float:
+    """`value` as a length above 0 in world units, SHORTEST..LONGEST; SceneError otherwise."""
+    return number(what, value, least=SHORTEST, most=LONGEST)
+
+
 def integer(what: str, value: Any, *, least: int, most: int) -> int:
     """`value` as an int within [`least`, `most`]; SceneError otherwise."""
     result = number(what, value, least=least, most=most)
@@ -71,6 +79,11 @@ def vector(what: str, value: Any, length: int, **bounds: float | None) -> tuple[
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != length:
         raise SceneError(_article(what, f"{length} numbers", value))
     return tuple(number(f"{what}[{i}]", v, **bounds) for i, v in enumerate(value))
+
+
+def point(what: str, value: Any) -> tuple[float, ...]:
+    """`value` as a tuple of three floats, none farther from 0 than LONGEST; SceneError otherwise."""
+    return vector(what, value, 3, least=-LONGEST, most=LONGEST)
 
 
 def instance(what: str, value: Any, kinds: type | Sequence[type]) -> Any:
