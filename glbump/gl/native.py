@@ -17,8 +17,8 @@ class RouteError(Exception):
         self.refused = refused
 
 
-# A library's addresses serve all its contexts. moderngl 5.13 never frees the numbers it is given: new ones for
-# each context would leak 21 kB.
+# A library's addresses serve all its contexts. moderngl 5.13 never frees the numbers it is given: new ones
+# for each context would leak 21 kB.
 _addresses: dict[tuple[str, str], int] = {}
 
 
