@@ -8,12 +8,15 @@ from typing import Any
 from glbump import validate as check
 from glbump.errors import SceneError
 
+FILTERS = ("bilinear", "nearest-level", "trilinear")
+
 PRESETS: dict[str, dict[str, Any]] = {
-    # One look-up a pixel; nearest level of the environment's mip chain.
+    # One look-up a pixel: a cube's face is found without the two arc tangents of a lat-long picture.
     "fast": {
         "samples": 1,
+        "environment_layout": "cube",
         "environment_filter": "bilinear",
-        "bump_filter": "trilinear",
+        "bump_filter": "nearest-level",
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.25,
@@ -22,6 +25,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
     "balanced": {
         "samples": 4,
+        "environment_layout": "given",
         "environment_filter": "trilinear",
         "bump_filter": "trilinear",
         "texture_format": "half",
@@ -33,6 +37,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     # No mip levels: the samples alone average, so more of them converge to the truth.
     "exact": {
         "samples": 16,
+        "environment_layout": "given",
         "environment_filter": "bilinear",
         "bump_filter": "bilinear",
         "texture_format": "float",
@@ -51,14 +56,16 @@ _FROM_PRESET: Any = None
 class Quality(check.Frozen):
     """Every knob of the trade between speed and accuracy; what is None takes the preset's value.
 
-    samples: samples a pixel, a square number. environment_filter, bump_filter: "bilinear" (level 0 alone) or
-    "trilinear" (mip levels by the sample's footprint). texture_format, frame_format: "half" or "float".
+    samples: samples a pixel, a square number. environment_layout: as "given", or resampled to a "cube".
+    environment_filter, bump_filter: "bilinear" (level 0 alone), "nearest-level" or "trilinear" (mip levels by
+    the sample's footprint). texture_format, frame_format: "half" or "float".
     silhouette: how far, in pixels, a curved shape's outline may lie from the true one.
     gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: per texel.
     """
 
     preset: str = "balanced"
     samples: int = _FROM_PRESET
+    environment_layout: str = _FROM_PRESET
     environment_filter: str = _FROM_PRESET
     bump_filter: str = _FROM_PRESET
     texture_format: str = _FROM_PRESET
@@ -76,7 +83,8 @@ class Quality(check.Frozen):
         if round(samples**0.5) ** 2 != samples:
             raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {samples}")
         for name in ("environment_filter", "bump_filter"):
-            check.choice(f"quality.{name}", values[name], ("bilinear", "trilinear"))
+            check.choice(f"quality.{name}", values[name], FILTERS)
+        check.choice("quality.environment_layout", values["environment_layout"], ("given", "cube"))
         for name in ("texture_format", "frame_format"):
             check.choice(f"quality.{name}", values[name], ("half", "float"))
         size = check.integer("quality.gloss_size", values["gloss_size"], least=4, most=1024)

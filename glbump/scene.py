@@ -115,6 +115,11 @@ class Bump(check.Frozen):
         if self.channel is not None:
             check.choice("bump.channel", self.channel, ("r", "g", "b", "a"))
 
+    @property
+    def slope_scale(self) -> Vec2:
+        """Slopes of the picture (a height of 1, its own u and v) times this are world lengths per surface u, v."""
+        return self.amplitude * self.repeat[0], self.amplitude * self.repeat[1]
+
 
 @dataclass(frozen=True)
 class NormalMap(check.Frozen):
@@ -135,6 +140,11 @@ class NormalMap(check.Frozen):
             repeat=_repeat("bump.repeat", self.repeat),
         )
         check.flag("bump.flip_y", self.flip_y)
+
+    @property
+    def slope_scale(self) -> Vec2:
+        """Slopes of the map times this are slopes along tangent and bitangent."""
+        return self.scale, self.scale
 
 
 @dataclass(frozen=True)
@@ -169,6 +179,12 @@ class _Environment(check.Frozen):
         )
         check.choice("environment.lookup", self.lookup, ("reflection", "normal"))
         check.flag("environment.background", self.background)
+
+    def env_from_world(self) -> npt.NDArray[np.float64]:
+        """(3, 3): turns world directions back by the rotation, into the frame of the picture."""
+        angle = np.radians(self.rotation)
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,152 @@
+"""What a scene's files and arrays hold, as maps: read once, kept while they are in use."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.errors import ImageError
+from glbump.maps.cube import CubeFaces, cube_from_picture
+from glbump.maps.panorama import Panorama, panorama_from_picture
+from glbump.mesh import Mesh, tessellate
+from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap
+from glbump.shapes import MeshFile, Shape
+
+F32 = npt.NDArray[np.float32]
+
+
+def source_key(source: Path | ArrayImage) -> Hashable:
+    """What a picture is known by in a cache: the array itself, or the file's path, date and size."""
+    if isinstance(source, ArrayImage):
+        return _Same(source)
+    try:
+        stat = source.stat()
+    except OSError:
+        return source
+    return source, stat.st_mtime_ns, stat.st_size
+
+
+class _Same:
+    """Compares by identity, and keeps its object alive so that the identity stays its own."""
+
+    __slots__ = ("it",)
+
+    def __init__(self, it: object) -> None:
+        self.it = it
+
+    def __hash__(self) -> int:
+        return id(self.it)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.it is self.it
+
+
+def environment_key(environment: Environment) -> Hashable:
+    """What an environment's texture is known by: rotation, exposure and the like do not change it."""
+    if isinstance(environment, LatLong):
+        return "lat-long", source_key(environment.image)
+    images = environment.image if isinstance(environment.image, tuple) else (environment.image,)
+    return "cube", environment.orientation, tuple(source_key(i) for i in images)
+
+
+def bump_key(bump: Bump | NormalMap) -> Hashable:
+    """What a bump's slopes are known by: amplitude, scale and repeat do not change them."""
+    if isinstance(bump, Bump):
+        return "heights", source_key(bump.height), bump.channel
+    return "normals", source_key(bump.normal_map), bump.flip_y
+
+
+def shape_key(shape: Shape) -> Hashable:
+    """What a shape's mesh is known by."""
+    return ("mesh", source_key(shape.path)) if isinstance(shape, MeshFile) else shape
+
+
+class Contents:
+    """Reads what scenes name, and keeps the last `most` results.
+
+    Raises ImageError or MeshError for files that cannot be read or used.
+    """
+
+    def __init__(self, most: int = 32) -> None:
+        self._kept: OrderedDict[Hashable, Any] = OrderedDict()
+        self._most = most
+
+    def _get(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        if key not in self._kept:
+            self._kept[key] = make()
+            while len(self._kept) > self._most:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(key)
+        return self._kept[key]
+
+    def environment(self, environment: Environment) -> Panorama | CubeFaces:
+        """The environment's picture, with the layout and the sample grid its header names."""
+        result: Panorama | CubeFaces = self._get(environment_key(environment), lambda: _read(environment))
+        return result
+
+    def peak(self, environment: Environment) -> float:
+        """The largest value in the environment's picture, before its exposure."""
+        result: float = self._get(
+            ("peak", environment_key(environment)), lambda: float(self.environment(environment).pixels.max())
+        )
+        return result
+
+    def irradiance(self, environment: Environment) -> npt.NDArray[np.float64]:
+        """(9, 3) coefficients for sh9_irradiance, before exposure."""
+        from glbump.maps.prefilter import sh9
+
+        result: npt.NDArray[np.float64] = self._get(
+            ("sh9", environment_key(environment)), lambda: sh9(self.environment(environment))
+        )
+        return result
+
+    def gloss(self, environment: Environment, size: int, samples: int) -> list[F32]:
+        """The roughness chain: (6, n, n, 3) for each level, level i for roughness i / (levels - 1)."""
+        from glbump.maps.prefilter import gloss_chain
+
+        result: list[F32] = self._get(
+            ("gloss", environment_key(environment), size, samples),
+            lambda: gloss_chain(self.environment(environment), size, samples),
+        )
+        return result
+
+    def slopes(self, bump: Bump | NormalMap) -> F32:
+        """(H, W, 2) float32, row 0 on top: slopes of a height of 1 per unit of the picture's own u, v (v up);
+        of a normal map, per unit of length along tangent and bitangent."""
+        result: F32 = self._get(bump_key(bump), lambda: _slopes(bump))
+        return result
+
+    def mesh(self, shape: Shape, segments: int) -> Mesh:
+        """The shape's triangles."""
+        result: Mesh = self._get(("mesh", shape_key(shape), segments), lambda: tessellate(shape, segments))
+        return result
+
+
+def _read(environment: Environment) -> Panorama | CubeFaces:
+    from glbump.maps.images import Picture, read_colour
+
+    if isinstance(environment, LatLong):
+        return panorama_from_picture(read_colour(environment.image))
+    if isinstance(environment.image, tuple):
+        return cube_from_picture([read_colour(face) for face in environment.image], environment.orientation)
+    if isinstance(environment.image, ArrayImage) and environment.image.pixels.ndim == 4:
+        pixels = environment.image.pixels
+        if not np.isfinite(pixels).all():
+            bad = int(np.count_nonzero(~np.isfinite(pixels)))
+            raise ImageError(f"array {pixels.shape}: {bad} values are NaN or infinite; replace them first")
+        return cube_from_picture(Picture(pixels, 32, True, None, f"array {pixels.shape}"), environment.orientation)
+    return cube_from_picture(read_colour(environment.image), environment.orientation)
+
+
+def _slopes(bump: Bump | NormalMap) -> F32:
+    from glbump.maps.heights import slopes, slopes_of_normals
+    from glbump.maps.images import read_height, read_normals
+
+    if isinstance(bump, Bump):
+        return slopes(read_height(bump.height, bump.channel).pixels[..., 0])
+    return slopes_of_normals(read_normals(bump.normal_map).pixels, bump.flip_y)

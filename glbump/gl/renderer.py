@@ -1,0 +1,241 @@
+"""Plan + Scene -> Frame: the one path that a picture takes, in a window or without any display."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Hashable
+from typing import Any
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from glbump.camera import sample_offsets
+from glbump.contents import Contents
+from glbump.frame import Frame
+from glbump.gl.context import Context, open_context
+from glbump.gl.program import build_program
+from glbump.gl.source import resolve
+from glbump.gl.targets import Targets
+from glbump.gl.textures import Store
+from glbump.gl.uniforms import Uniforms, View, environment_uniforms, sky_uniforms, surface_uniforms
+from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan
+from glbump.quality import Quality, quality_of
+from glbump.scene import Scene, check_size
+
+_MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
+_BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
+# Texture units.
+_ENVIRONMENT, _SLOPES, _GLOSS, _FRAME = range(4)
+
+
+class Renderer:
+    """Draws scenes, one context for all of them. Use it in a `with`, or call `release`.
+
+    backend: "auto", "egl", "osmesa" or "window"; device: which EGL device. Raises ContextError when no OpenGL 3.3
+    can be had. Programs, textures and targets are kept between frames and freed when other scenes need the room.
+    """
+
+    def __init__(self, backend: str = "auto", device: int | None = None) -> None:
+        self.context: Context = open_context(backend, device)
+        self.contents = Contents()
+        self._store = Store(self.context, self.contents)
+        self._programs: dict[Hashable, Uniforms] = {}
+        self._targets: tuple[Hashable, Targets] | None = None
+        info = self.context.info
+        self.capabilities = Capabilities(info["max_texture_size"], info["max_cube_size"], self.context.is_software)
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+    def release(self) -> None:
+        """Free everything on the GPU, the context included. A second call does nothing."""
+        if self._targets is not None:
+            self._targets[1].release()
+            self._targets = None
+        self._store.release()
+        for uniforms in self._programs.values():
+            uniforms.release()
+        self._programs.clear()
+        self.context.release()
+
+    def plan(self, scene: Scene, size: tuple[int, int] = (512, 512), quality: str | Quality = "balanced") -> Plan:
+        """What `render` would draw, and why so."""
+        return make_plan(scene, quality_of(quality), check_size(size), self.contents, self.capabilities)
+
+    def render(self, scene: Scene, size: tuple[int, int] = (512, 512), quality: str | Quality = "balanced") -> Frame:
+        """A picture of the scene, `size` (width, height) pixels.
+
+        Raises SceneError, ImageError, MeshError, LimitError for what cannot be drawn; ContextError after release or
+        on another thread; ShaderError where a shader does not compile.
+        """
+        self.context.check("render")
+        started = time.perf_counter()
+        plan = self.plan(scene, size, quality)
+        self._store.begin()
+        targets = self._targets_for(plan)
+        view = View(scene, plan)
+        prepared = time.perf_counter()
+        frame = self._draw(scene, plan, view, targets)
+        drawn = time.perf_counter()
+        pixels = _read(frame, plan)
+        self._store.trim()
+        stats = {
+            "backend": self.context.backend,
+            "renderer": self.context.info["renderer"],
+            "version": self.context.info["version"],
+            "plan": {choice.what: choice.value for choice in plan.choices},
+            "explain": plan.explain(),
+            # The GPU works while Python goes on, so its time shows up in the read-back.
+            "ms": {
+                "plan": 1e3 * (prepared - started),
+                "upload and submit": 1e3 * (drawn - prepared),
+                "finish and read back": 1e3 * (time.perf_counter() - drawn),
+            },
+            "bytes": self._store.bytes,
+            "triangles": sum(self._mesh(scene, plan, i).indices.size // 12 for i in range(len(plan.surfaces))),
+        }
+        return Frame(pixels, stats, bottom_up=True)
+
+    # ------------------------------------------------------------ drawing
+
+    def _draw(self, scene: Scene, plan: Plan, view: View, targets: Targets) -> moderngl.Framebuffer:
+        """All samples of the frame; the framebuffer that holds the result."""
+        self._bind_textures(scene, plan)
+        draws = [self._surface(scene, plan, i) for i in range(len(plan.surfaces))]
+        sky = self._sky(scene, plan) if plan.sky else None
+        if targets.sum is not None:
+            targets.sum.clear(0.0, 0.0, 0.0, 0.0)
+        for offset in sample_offsets(plan.samples):
+            self._draw_sample(view.at(offset), plan, draws, sky, targets.one)
+            if targets.sum is not None:
+                self._fullscreen("accumulate.frag", targets.one, targets.sum, 1.0 / plan.samples)
+        if targets.straight is not None and targets.sum is not None:
+            self._fullscreen("straight.frag", targets.sum, targets.straight)
+            return targets.straight
+        return targets.sum or targets.one
+
+    def _draw_sample(
+        self,
+        view: View,
+        plan: Plan,
+        draws: list[tuple[Uniforms, dict[str, Any], moderngl.VertexArray]],
+        sky: Uniforms | None,
+        target: moderngl.Framebuffer,
+    ) -> None:
+        gl = self.context.gl
+        target.use()
+        target.clear(0.0, 0.0, 0.0, 0.0)
+        gl.enable_only(moderngl.DEPTH_TEST)
+        gl.depth_func = "<="
+        for i, (uniforms, values, vertices) in enumerate(draws):
+            if plan.surfaces[i].cull:
+                gl.enable(moderngl.CULL_FACE)
+            else:
+                gl.disable(moderngl.CULL_FACE)
+            gl.front_face = "cw" if view.mirrored[i] else "ccw"
+            uniforms.write(values)
+            uniforms.write({"clip_from_object": view.clip_from_object(i)})
+            vertices.render()
+        gl.front_face = "ccw"
+        if sky is not None:
+            gl.disable(moderngl.CULL_FACE)
+            sky.write(sky_uniforms(view))
+            sky.vertices.render(vertices=3)
+
+    def _fullscreen(
+        self,
+        fragment: str,
+        source: moderngl.Framebuffer,
+        target: moderngl.Framebuffer,
+        weight: float | None = None,
+    ) -> None:
+        """One pass over all pixels from `source` to `target`; with a weight, added to what is there."""
+        gl = self.context.gl
+        uniforms = self._program("fullscreen.vert", fragment, ())
+        target.use()
+        gl.enable_only(moderngl.BLEND if weight is not None else moderngl.NOTHING)
+        gl.blend_func = moderngl.ONE, moderngl.ONE
+        Targets.texture_of(source).use(_FRAME)
+        uniforms.write({"sample_picture": _FRAME, "premultiplied": _FRAME, "weight": weight})
+        uniforms.vertices.render(vertices=3)
+
+    def _bind_textures(self, scene: Scene, plan: Plan) -> None:
+        mirrors = any(s.has("LIGHT") != GLOSSY for s in plan.surfaces)
+        if plan.sky or mirrors:
+            self._store.environment(scene.environment, plan).use(_ENVIRONMENT)
+        if plan.gloss is not None:
+            self._store.gloss(scene.environment, plan).use(_GLOSS)
+
+    def _surface(self, scene: Scene, plan: Plan, index: int) -> tuple[Uniforms, dict[str, Any], moderngl.VertexArray]:
+        """Program, uniform values and vertices of one surface."""
+        surface, how = scene.surfaces[index], plan.surfaces[index]
+        uniforms = self._program("surface.vert", "surface.frag", how.defines)
+        values = surface_uniforms(scene, plan, index, self.contents)
+        values.update(self._environment_values(scene, plan), gloss=_GLOSS)
+        if how.has("BUMP"):
+            assert surface.bump is not None
+            # Every bumped surface has a unit of its own, so that none is bound twice in a frame.
+            unit = _FRAME + 1 + index
+            self._store.slopes(surface.bump, plan).use(unit)
+            values["slopes"] = unit
+        return uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index))
+
+    def _mesh(self, scene: Scene, plan: Plan, index: int) -> Any:
+        how = plan.surfaces[index]
+        attributes = {"position": "positions"}
+        if how.has("SHAPE") == MESH:
+            attributes = _MESH_ATTRIBUTES | (_BUMP_ATTRIBUTES if how.has("BUMP") else {})
+        return self._store.mesh(scene.surfaces[index].shape, how.segments, attributes)
+
+    def _sky(self, scene: Scene, plan: Plan) -> Uniforms:
+        uniforms = self._program("fullscreen.vert", "sky.frag", plan.environment_defines)
+        uniforms.write(self._environment_values(scene, plan))
+        return uniforms
+
+    def _environment_values(self, scene: Scene, plan: Plan) -> dict[str, Any]:
+        picture = self.contents.environment(scene.environment)
+        return {"environment": _ENVIRONMENT} | environment_uniforms(scene.environment, picture, plan)
+
+    # ------------------------------------------------------------ what is kept between frames
+
+    def _program(self, vertex: str, fragment: str, defines: tuple[tuple[str, int], ...]) -> Uniforms:
+        key = (vertex, fragment, defines)
+        if key not in self._programs:
+            named = dict(defines)
+            program = build_program(self.context.gl, resolve(vertex, defines=named), resolve(fragment, defines=named))
+            self._programs[key] = Uniforms(self.context.gl, program)
+        return self._programs[key]
+
+    def _targets_for(self, plan: Plan) -> Targets:
+        key = Targets.key(plan)
+        if self._targets is None or self._targets[0] != key:
+            if self._targets is not None:
+                self._targets[1].release()
+                self._targets = None
+            self._targets = (key, Targets(self.context, plan))
+        return self._targets[1]
+
+
+def _read(frame: moderngl.Framebuffer, plan: Plan) -> npt.NDArray[Any]:
+    """The pixels as the GPU has them: (H, W, 4) float16 or float32, bottom row first."""
+    width, height = plan.size
+    half = plan.frame_format == "half"
+    pixels = np.empty((height, width, 4), np.float16 if half else np.float32)
+    frame.read_into(pixels, components=4, dtype="f2" if half else "f4")
+    return pixels
+
+
+def render(
+    scene: Scene,
+    size: tuple[int, int] = (512, 512),
+    quality: str | Quality = "balanced",
+    backend: str = "auto",
+    device: int | None = None,
+) -> Frame:
+    """One picture; `Renderer` for many. Arguments and errors as in `Renderer` and `Renderer.render`."""
+    with Renderer(backend, device) as renderer:
+        return renderer.render(scene, size, quality)

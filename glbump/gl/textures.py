@@ -1,0 +1,191 @@
+"""Maps -> textures and vertex buffers: format, filter, levels. Kept while scenes use them."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from glbump.contents import Contents, bump_key, environment_key, shape_key
+from glbump.gl.context import Context
+from glbump.gl.levels import cube_texture
+from glbump.maps.cube import CubeFaces
+from glbump.maps.panorama import Panorama, levels
+from glbump.maps.pyramid import chain
+from glbump.plan import Plan
+from glbump.scene import Bump, Environment, NormalMap
+from glbump.shapes import Shape
+
+_DTYPES = {"half": "f2", "float": "f4"}
+_NUMPY = {"half": np.float16, "float": np.float32}
+_FILTERS = {
+    "bilinear": (moderngl.LINEAR, moderngl.LINEAR),
+    "nearest-level": (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR),
+    "trilinear": (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR),
+}
+
+
+@dataclass(frozen=True)
+class MeshBuffers:
+    """A mesh on the GPU: one buffer for each attribute it has, and its indices."""
+
+    attributes: dict[str, moderngl.Buffer]
+    indices: moderngl.Buffer
+
+    def release(self) -> None:
+        """Free all buffers."""
+        for buffer in (*self.attributes.values(), self.indices):
+            buffer.release()
+
+    @property
+    def size(self) -> int:
+        """Bytes on the GPU."""
+        return sum(b.size for b in (*self.attributes.values(), self.indices))
+
+
+class Store:
+    """GL objects made from maps, kept by what they hold; the oldest go when they pass `most_bytes`."""
+
+    def __init__(self, context: Context, contents: Contents, most_bytes: int = 1 << 30) -> None:
+        self._context = context
+        self._contents = contents
+        self._most_bytes = most_bytes
+        self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
+        self._in_use: set[Hashable] = set()
+
+    @property
+    def bytes(self) -> int:
+        """Bytes of all textures and buffers held."""
+        return sum(size for _, size in self._kept.values())
+
+    def begin(self) -> None:
+        """A new frame: nothing is in use yet."""
+        self._in_use.clear()
+
+    def trim(self) -> None:
+        """Free what this frame did not use, oldest first, while there is too much."""
+        for key in list(self._kept):
+            if self.bytes <= self._most_bytes:
+                break
+            if key not in self._in_use:
+                self._kept.pop(key)[0].release()
+
+    def release(self) -> None:
+        """Free everything."""
+        for thing, _ in self._kept.values():
+            thing.release()
+        self._kept.clear()
+
+    def _get(self, key: Hashable, make: Callable[[], tuple[Any, int]]) -> Any:
+        if key not in self._kept:
+            self._kept[key] = make()
+        self._kept.move_to_end(key)
+        self._in_use.add(key)
+        return self._kept[key][0]
+
+    def environment(self, environment: Environment, plan: Plan) -> moderngl.Texture | moderngl.TextureCube:
+        """The environment's picture as the plan wants it: a lat-long texture, or a cube."""
+        key = (
+            "environment",
+            environment_key(environment),
+            plan.cube_size,
+            plan.texture_format,
+            plan.environment_filter,
+        )
+        return self._get(key, lambda: self._make_environment(environment, plan))
+
+    def _make_environment(self, environment: Environment, plan: Plan) -> tuple[Any, int]:
+        picture = self._contents.environment(environment)
+        if isinstance(picture, Panorama) and plan.cube_size is None:
+            return self.panorama(picture, plan.texture_format, plan.environment_filter)
+        dtype = _DTYPES[plan.texture_format]
+        if isinstance(picture, CubeFaces):
+            faces = picture.pixels
+            texture = cube_texture(self._context, [faces], dtype)
+        else:
+            from glbump.gl.bake import cube_of_panorama
+
+            source, _ = self.panorama(picture, plan.texture_format, "trilinear")
+            texture = cube_of_panorama(self._context, source, picture, plan)
+            source.release()
+        if plan.environment_filter != "bilinear":
+            texture.build_mipmaps()
+        texture.filter = _FILTERS[plan.environment_filter]
+        return texture, _bytes_of(texture.size, 6 * texture.components, dtype, plan.environment_filter)
+
+    def panorama(self, picture: Panorama, texture_format: str, how: str) -> tuple[moderngl.Texture, int]:
+        """A lat-long texture: repeats in u, clamps in v, row 0 on top at t = 0."""
+        texture = self._texture_2d(picture.pixels, texture_format, how, levels)
+        texture.repeat_y = False
+        return texture, _bytes_of(texture.size, 3, _DTYPES[texture_format], how)
+
+    def slopes(self, bump: Bump | NormalMap, plan: Plan) -> moderngl.Texture:
+        """Slopes as a texture that repeats, turned so that t = 0 is the picture's lower edge: v up."""
+
+        def make() -> tuple[Any, int]:
+            slopes = np.ascontiguousarray(self._contents.slopes(bump)[::-1])
+            texture = self._texture_2d(slopes, plan.texture_format, plan.bump_filter, chain)
+            return texture, _bytes_of(texture.size, 2, _DTYPES[plan.texture_format], plan.bump_filter)
+
+        key = ("slopes", bump_key(bump), plan.texture_format, plan.bump_filter)
+        result: moderngl.Texture = self._get(key, make)
+        return result
+
+    def gloss(self, environment: Environment, plan: Plan) -> moderngl.TextureCube:
+        """The roughness chain."""
+        assert plan.gloss is not None
+        size, samples = plan.gloss
+
+        def make() -> tuple[Any, int]:
+            chain = self._contents.gloss(environment, size, samples)
+            dtype = _DTYPES[plan.texture_format]
+            return cube_texture(self._context, chain, dtype), sum(level.size for level in chain) * int(dtype[1])
+
+        key = ("gloss", environment_key(environment), plan.gloss, plan.texture_format)
+        result: moderngl.TextureCube = self._get(key, make)
+        return result
+
+    def mesh(self, shape: Shape, segments: int, attributes: dict[str, str]) -> MeshBuffers:
+        """Vertex buffers. attributes: name in the shader -> field of Mesh."""
+        gl = self._context.gl
+
+        def make() -> tuple[Any, int]:
+            mesh = self._contents.mesh(shape, segments)
+            made = {
+                name: gl.buffer(np.ascontiguousarray(getattr(mesh, field), np.float32).tobytes())
+                for name, field in attributes.items()
+            }
+            buffers = MeshBuffers(made, gl.buffer(np.ascontiguousarray(mesh.triangles, np.int32).tobytes()))
+            return buffers, buffers.size
+
+        result: MeshBuffers = self._get(("mesh", shape_key(shape), segments, tuple(attributes)), make)
+        return result
+
+    def _texture_2d(
+        self,
+        pixels: npt.NDArray[np.float32],
+        texture_format: str,
+        how: str,
+        make_levels: Callable[[npt.NDArray[np.float32]], list[npt.NDArray[np.float32]]],
+    ) -> moderngl.Texture:
+        height, width, channels = pixels.shape
+        data = pixels.astype(_NUMPY[texture_format], copy=False)
+        texture = self._context.gl.texture((width, height), channels, data, dtype=_DTYPES[texture_format])
+        if how != "bilinear" and max(width, height) > 1:
+            chain_of = make_levels(pixels)
+            texture.build_mipmaps(0, len(chain_of) - 1)
+            for number, level in enumerate(chain_of[1:], 1):
+                texture.write(level.astype(_NUMPY[texture_format]).tobytes(), level=number)
+        texture.filter = _FILTERS[how]
+        return texture
+
+
+def _bytes_of(size: tuple[int, int], channels: int, dtype: str, how: str) -> int:
+    """Bytes of a texture with its levels, which add a third."""
+    level_0 = size[0] * size[1] * channels * int(dtype[1])
+    return level_0 if how == "bilinear" else level_0 * 4 // 3

@@ -1,0 +1,186 @@
+"""Scene + plan -> the values of uniforms, computed in float64 and relative to the eye."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from glbump.camera import projection_matrix, view_matrix
+from glbump.contents import Contents
+from glbump.gl.textures import MeshBuffers
+from glbump.maps.cube import CubeFaces
+from glbump.maps.panorama import Panorama
+from glbump.plan import GLOSSY, Plan
+from glbump.reference.reflect import f0_from_ior
+from glbump.scene import Environment, Scene
+from glbump.shapes import Quad, Sphere, Torus
+
+F64 = npt.NDArray[np.float64]
+
+
+class Uniforms:
+    """A program, the uniforms it kept, and its vertex arrays. Values it does not use are passed over, so that
+    callers need not know what the driver's compiler dropped."""
+
+    def __init__(self, gl: moderngl.Context, program: moderngl.Program) -> None:
+        self.program = program
+        self.names = {n for n in program if isinstance(program[n], moderngl.Uniform)}
+        self._gl = gl
+        self._arrays: dict[int, tuple[MeshBuffers, moderngl.VertexArray]] = {}
+        self._empty: moderngl.VertexArray | None = None
+
+    def write(self, values: Mapping[str, Any]) -> None:
+        """Set what is there. Matrices (n, n) and rows of vectors are float64 arrays; the rest plain values."""
+        for name, value in values.items():
+            if name in self.names:
+                if isinstance(value, np.ndarray):
+                    # OpenGL wants columns one after another; rows of vectors stand so already.
+                    columns = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
+                    self.program[name].write(np.ascontiguousarray(columns, np.float32).tobytes())
+                else:
+                    self.program[name].value = value
+
+    @property
+    def vertices(self) -> moderngl.VertexArray:
+        """A vertex array without attributes, for passes over the whole target."""
+        if self._empty is None:
+            self._empty = self._gl.vertex_array(self.program, [])
+        return self._empty
+
+    def vertex_array(self, mesh: MeshBuffers) -> moderngl.VertexArray:
+        """The mesh as this program reads it."""
+        kept = self._arrays.get(id(mesh))
+        if kept is None or kept[0] is not mesh:
+            if len(self._arrays) >= 64:
+                self._release_arrays()
+            content = [
+                (buffer, "2f" if name == "texcoord" else "3f", name)
+                for name, buffer in mesh.attributes.items()
+                if name in self.program
+            ]
+            kept = mesh, self._gl.vertex_array(self.program, content, mesh.indices)
+            self._arrays[id(mesh)] = kept
+        return kept[1]
+
+    def _release_arrays(self) -> None:
+        for _, array in self._arrays.values():
+            array.release()
+        self._arrays.clear()
+
+    def release(self) -> None:
+        """Free the program and its vertex arrays."""
+        self._release_arrays()
+        if self._empty is not None:
+            self._empty.release()
+        self.program.release()
+
+
+class View:
+    """The camera's matrices for one sample position within the pixels."""
+
+    def __init__(self, scene: Scene, plan: Plan) -> None:
+        self.scene, self.size = scene, plan.size
+        self._view = view_matrix(scene.camera)
+        self._projection = projection_matrix(scene.camera, plan.size, *plan.near_far)
+        matrices = [surface.transform.matrix() for surface in scene.surfaces]
+        self._view_from_object = [self._view @ m for m in matrices]
+        self.mirrored = [bool(np.linalg.det(m[:3, :3]) < 0) for m in matrices]
+        self.shift = (0.0, 0.0)
+
+    def at(self, offset: npt.ArrayLike) -> View:
+        """This view with its samples at `offset` (right, down) within each pixel, 0..1."""
+        x, y = np.asarray(offset, np.float64)
+        # The picture moves against the sample: what lay at the offset comes to lie at the pixel's centre.
+        self.shift = (2.0 * (0.5 - x) / self.size[0], 2.0 * (y - 0.5) / self.size[1])
+        return self
+
+    def clip_from_object(self, index: int) -> F64:
+        """(4, 4) of surface `index`."""
+        shifted = np.eye(4)
+        shifted[:2, 3] = self.shift
+        result: F64 = shifted @ self._projection @ self._view_from_object[index]
+        return result
+
+    def world_from_ndc(self) -> F64:
+        """(3, 3): columns are the changes of a pixel's view direction with ndc x and y, and the direction ahead."""
+        world_from_view = self._view[:3, :3].T
+        right, up, ahead = world_from_view[:, 0], world_from_view[:, 1], -world_from_view[:, 2]
+        if self.scene.camera.projection == "orthographic":
+            return np.stack([0 * right, 0 * up, ahead], axis=1)
+        right, up = right / self._projection[0, 0], up / self._projection[1, 1]
+        return np.stack([right, up, ahead - right * self.shift[0] - up * self.shift[1]], axis=1)
+
+
+def sky_uniforms(view: View) -> dict[str, Any]:
+    """Of sky.frag, those that change with the view."""
+    return {"env_from_ndc": view.scene.environment.env_from_world() @ view.world_from_ndc()}
+
+
+def environment_uniforms(environment: Environment, picture: Panorama | CubeFaces, plan: Plan) -> dict[str, Any]:
+    """Of environment_input.glsl."""
+    height = picture.pixels.shape[1] if isinstance(picture, CubeFaces) else picture.pixels.shape[0]
+    face = plan.cube_size or height
+    # Texels per radian at the middle of a face: its 2 units of tangent hold `face` texels.
+    per_radian = height / np.pi if isinstance(picture, Panorama) and plan.cube_size is None else face / 2.0
+    values = {
+        "texels_per_radian": per_radian,
+        "footprint": plan.samples**-0.5,
+        "exposure_factor": 2.0**environment.exposure,
+    }
+    if isinstance(picture, Panorama):
+        values["border"] = (*picture.uv_scale, *picture.uv_offset)
+    elif picture.border:
+        values["border"] = ((height - 1) / height, 0.0, 0.0, 0.0)
+    return values
+
+
+def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -> dict[str, Any]:
+    """Of surface.frag, all but the samplers and the view; more than a plan may use."""
+    surface, how = scene.surfaces[index], plan.surfaces[index]
+    values = _place(scene, index)
+    match surface.shape:
+        case Sphere(radius=radius):
+            values["radius"] = radius
+        case Torus(radius=radius, tube=tube):
+            values.update(radius=radius, tube=tube)
+        case Quad(corners=corners):
+            values["corners"] = np.array([*corners], np.float64)
+    if how.has("BUMP"):
+        assert surface.bump is not None
+        values["repeat"] = surface.bump.repeat
+        values["slope_scale"] = surface.bump.slope_scale
+        values["bump_footprint"] = plan.samples**-0.5
+    material = surface.material
+    f0 = f0_from_ior(material.ior)
+    color = np.array(material.base_color)
+    values["f0"] = tuple((1 - material.metallic) * f0 + material.metallic * color)
+    if how.has("DIFFUSE"):
+        values["dielectric_f0"] = (float(f0),) * 3
+        values["diffuse_color"] = tuple((1 - material.metallic) * color)
+        values["sh"] = contents.irradiance(scene.environment)
+    if how.has("LIGHT") == GLOSSY and plan.gloss is not None:
+        values["roughness"] = material.roughness
+        values["gloss_level"] = material.roughness * (np.log2(plan.gloss[0]) - 2)
+    return values
+
+
+def _place(scene: Scene, index: int) -> dict[str, Any]:
+    """Where the eye and the environment stand, as the surface sees them."""
+    matrix = scene.surfaces[index].transform.matrix()
+    linear = scene.environment.env_from_world() @ matrix[:3, :3]
+    normal = np.linalg.inv(linear).T
+    camera = scene.camera
+    if camera.projection == "orthographic":
+        ahead = np.linalg.solve(matrix[:3, :3], -view_matrix(camera)[2, :3])
+        eye = (*(ahead / np.linalg.norm(ahead)), 0.0)
+    else:
+        eye = (*np.linalg.solve(matrix, [*camera.eye, 1.0])[:3], 1.0)
+    return {
+        "eye_object": eye,
+        "env_from_object": linear,
+        "env_from_object_normal": normal / np.abs(normal).max(),
+    }

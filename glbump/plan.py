@@ -1,0 +1,301 @@
+"""Scene + quality + driver -> Plan: the only place that decides what is compiled, uploaded and computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from glbump.camera import near_far, view_matrix
+from glbump.contents import Contents
+from glbump.errors import LimitError, SceneError
+from glbump.maps.panorama import Panorama
+from glbump.mesh import bounds, segments_for
+from glbump.quality import Quality
+from glbump.scene import Bump, Scene, Surface
+from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus
+
+HALF_MAX = 65504.0
+Note = Callable[[str, object, str], None]
+
+MESH, SPHERE, TORUS, QUAD = range(4)
+NO_BUMP, HEIGHT, NORMAL = range(3)
+LATLONG, CUBE = range(2)
+LOOKUPS = {"reflection": 0, "normal": 1}
+WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What the driver can do, as far as a plan depends on it."""
+
+    max_texture_size: int = 16384
+    max_cube_size: int = 16384
+    is_software: bool = False
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One decision: what, how, why."""
+
+    what: str
+    value: str
+    why: str
+
+
+@dataclass(frozen=True)
+class SurfacePlan:
+    """How one surface is drawn. defines: what its program is compiled with. segments: of its mesh."""
+
+    defines: tuple[tuple[str, int], ...]
+    segments: int
+    cull: bool
+
+    def has(self, name: str) -> int:
+        """The value of a define."""
+        return dict(self.defines)[name]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a frame is made of; everything that is not here is neither compiled, uploaded nor computed."""
+
+    size: tuple[int, int]
+    samples: int
+    environment_defines: tuple[tuple[str, int], ...]
+    cube_size: int | None
+    environment_filter: str
+    bump_filter: str
+    texture_format: str
+    frame_format: str
+    sky: bool
+    gloss: tuple[int, int] | None
+    irradiance: bool
+    near_far: tuple[float, float]
+    surfaces: tuple[SurfacePlan, ...]
+    choices: tuple[Choice, ...]
+
+    def explain(self) -> str:
+        """Each choice and its reason, one a line."""
+        width = max(len(c.what) for c in self.choices)
+        return "\n".join(f"{c.what:<{width}}  {c.value}: {c.why}" for c in self.choices)
+
+
+def make_plan(
+    scene: Scene,
+    quality: Quality,
+    size: tuple[int, int],
+    contents: Contents,
+    capabilities: Capabilities | None = None,
+) -> Plan:
+    """The plan of one frame of `size` (width, height). Raises SceneError, ImageError, MeshError, LimitError."""
+    capabilities = capabilities or Capabilities()
+    choices: list[Choice] = []
+
+    def note(what: str, value: object, why: str) -> None:
+        choices.append(Choice(what, str(value), why))
+
+    note("samples", quality.samples, f"{quality.samples} a pixel, as quality {quality.preset} has it")
+    environment = scene.environment
+    peak = contents.peak(environment)
+    bright = peak * 2.0**environment.exposure
+    texture_format = _float_if_too_bright("texture format", quality.texture_format, peak, note)
+    frame_format = _float_if_too_bright("frame format", quality.frame_format, bright, note)
+    shared, cube_size = _environment(scene, quality, size, contents, capabilities, note)
+    surfaces = tuple(
+        _surface(i, surface, scene, quality, size, shared, note) for i, surface in enumerate(scene.surfaces)
+    )
+    glossy = any(s.has("LIGHT") == GLOSSY for s in surfaces)
+    gloss = (quality.gloss_size, quality.gloss_samples) if glossy else None
+    note(
+        "roughness chain",
+        gloss[0] if gloss else "none",
+        "a surface is rough" if gloss else "nothing is rough",
+    )
+    if environment.background:
+        note("sky", "drawn", "the environment is shown behind the surfaces")
+    else:
+        note("sky", "none", "the scene switches the background off")
+    return Plan(
+        size=size,
+        samples=quality.samples,
+        environment_defines=tuple(shared.items()),
+        cube_size=cube_size,
+        environment_filter=quality.environment_filter,
+        bump_filter=quality.bump_filter,
+        texture_format=texture_format,
+        frame_format=frame_format,
+        sky=environment.background,
+        gloss=gloss,
+        irradiance=any(s.has("DIFFUSE") for s in surfaces),
+        near_far=near_far(scene.camera, _world_bounds(scene, contents), size),
+        surfaces=surfaces,
+        choices=tuple(choices),
+    )
+
+
+def _float_if_too_bright(what: str, wanted: str, largest: float, note: Note) -> str:
+    if wanted == "half" and largest > HALF_MAX:
+        note(what, "float", f"the environment reaches {largest:.3g}, and a half holds at most {HALF_MAX:.0f}")
+        return "float"
+    note(what, wanted, f"values up to {largest:.3g} fit" if wanted == "half" else "as the quality asks")
+    return wanted
+
+
+def _environment(
+    scene: Scene,
+    quality: Quality,
+    size: tuple[int, int],
+    contents: Contents,
+    capabilities: Capabilities,
+    note: Note,
+) -> tuple[dict[str, int], int | None]:
+    """The defines of the environment's look-up, and the face size of the cube it is resampled to, if it is."""
+    environment = scene.environment
+    picture = contents.environment(environment)
+    height, width = picture.pixels.shape[-3:-1]
+    is_panorama = isinstance(picture, Panorama)
+    limit = capabilities.max_texture_size if is_panorama else capabilities.max_cube_size
+    if width > limit or height > limit:
+        raise LimitError(
+            f"the environment is {width}x{height} pixels and this driver takes at most {limit} a side; "
+            f"shrink it to {limit}x{limit // 2 if is_panorama else limit} first"
+        )
+    cube_size = None
+    border = picture.uv_scale != (1.0, 1.0) if isinstance(picture, Panorama) else picture.border
+    if is_panorama and quality.environment_layout == "cube":
+        native = 2 ** math.ceil(math.log2(max(width / 4, 4)))
+        seen = 2 ** math.ceil(math.log2(max(2.0 / _pixel_angle(scene, size), 16)))
+        cube_size = min(native, seen, 2048, capabilities.max_cube_size)
+        border = False
+        note(
+            "environment",
+            f"cube of {cube_size}",
+            f"resampled once from {width}x{height}; a face texel is no larger than "
+            + ("a texel of the picture" if cube_size == native else "a pixel of the frame"),
+        )
+    else:
+        layout = "lat-long" if is_panorama else "cube"
+        note(
+            "environment",
+            layout,
+            f"{width}x{height} as given" + (", samples on the border" if border else ""),
+        )
+    levels = quality.environment_filter != "bilinear"
+    why = "levels by footprint" if levels else "level 0 alone; the samples average"
+    note("environment filter", quality.environment_filter, why)
+    defines = {
+        "ENVIRONMENT": LATLONG if is_panorama and cube_size is None else CUBE,
+        "ENVIRONMENT_BORDER": int(border),
+        "ENVIRONMENT_MIP": int(levels),
+        "EXPOSURE": int(environment.exposure != 0.0),
+    }
+    return defines, cube_size
+
+
+def _pixel_angle(scene: Scene, size: tuple[int, int]) -> float:
+    """Radians a pixel of the frame spans (of a reflection in a flat mirror, too)."""
+    camera = scene.camera
+    if camera.projection == "perspective":
+        return 2 * math.tan(math.radians(camera.fov) / 2) / size[1]
+    # Parallel rays: a curved mirror of the picture's height spreads them over half a turn.
+    return math.pi / size[1]
+
+
+def _surface(
+    index: int,
+    surface: Surface,
+    scene: Scene,
+    quality: Quality,
+    size: tuple[int, int],
+    shared: dict[str, int],
+    note: Note,
+) -> SurfacePlan:
+    name = f"surface {index}"
+    shape, material, bump = surface.shape, surface.material, surface.bump
+    kinds = {Sphere: SPHERE, Torus: TORUS, Quad: QUAD, Plane: MESH, Cube: MESH, MeshFile: MESH}
+    inside = _eye_is_inside(surface, scene)
+    closed = isinstance(shape, Sphere | Torus | Cube) and not inside
+    segments = segments_for(shape, _radius_in_pixels(surface, scene, size), quality.silhouette)
+    if isinstance(shape, Sphere | Torus):
+        note(f"{name} mesh", f"{segments} segments", f"outline within {quality.silhouette:g} pixels")
+    bump_kind, why = NO_BUMP, "it has no bump"
+    if isinstance(bump, Bump):
+        bump_kind, why = (HEIGHT, "heights") if bump.amplitude != 0.0 else (NO_BUMP, "its amplitude is 0")
+    elif bump is not None:
+        bump_kind, why = (NORMAL, "normal map") if bump.scale != 0.0 else (NO_BUMP, "its scale is 0")
+    note(f"{name} bump", quality.bump_filter if bump_kind else "none", why)
+    if material.roughness > 0.0:
+        light, why = GLOSSY, f"roughness {material.roughness:g}"
+    elif material.metallic < 1.0:
+        light, why = SMOOTH, "smooth and not all metal: Fresnel's share is mirrored"
+    elif material.base_color == (1.0, 1.0, 1.0):
+        light, why = WHITE_MIRROR, "a mirror of base colour 1 is the environment itself: no BRDF"
+    else:
+        light, why = TINTED_MIRROR, "a coloured mirror: Fresnel, no BRDF"
+    note(f"{name} light", ("mirror", "tinted mirror", "smooth", "glossy")[light], why)
+    diffuse = material.metallic < 1.0 and any(material.base_color)
+    defines = {
+        "SHAPE": kinds[type(shape)],
+        "BUMP": bump_kind,
+        "BUMP_MIP": int(bump_kind != NO_BUMP and quality.bump_filter != "bilinear"),
+        "LOOKUP": LOOKUPS[scene.environment.lookup],
+        "LIGHT": light,
+        "DIFFUSE": int(diffuse and light in (SMOOTH, GLOSSY)),
+        "TWO_SIDED": int(not closed),
+        **shared,
+    }
+    if light == GLOSSY:
+        # The chain carries all of its light; the environment itself is not looked up here.
+        defines["ENVIRONMENT_MIP"] = 0
+    return SurfacePlan(tuple(defines.items()), segments, closed)
+
+
+def _eye_is_inside(surface: Surface, scene: Scene) -> bool:
+    """Whether the eye may be within a closed shape, so that its back sides are seen: box test, never too strict."""
+    if not isinstance(surface.shape, Sphere | Torus | Cube):
+        return False
+    world_from_object = surface.transform.matrix()
+    eye = np.linalg.solve(world_from_object, [*scene.camera.eye, 1.0])[:3]
+    low, high = bounds(surface.shape)
+    if scene.camera.projection == "orthographic":
+        # Its eye is a plane; nearer surfaces may lie behind it.
+        return bool(np.linalg.norm(eye) <= np.linalg.norm(high))
+    return bool(np.all(eye >= low) and np.all(eye <= high))
+
+
+def _radius_in_pixels(surface: Surface, scene: Scene, size: tuple[int, int]) -> float:
+    """The outermost radius of a round surface as it is seen, in pixels: never too small."""
+    shape = surface.shape
+    if not isinstance(shape, Sphere | Torus):
+        return 0.0
+    radius = shape.radius + (shape.tube if isinstance(shape, Torus) else 0.0)
+    radius *= float(np.abs(np.asarray(surface.transform.scale)).max())
+    camera = scene.camera
+    if camera.projection == "orthographic":
+        return radius / camera.height * size[1]
+    centre = view_matrix(camera) @ np.array([*surface.transform.translate, 1.0])
+    nearest = max(float(np.linalg.norm(centre[:3])) - radius, 1e-3 * radius)
+    return radius / nearest / math.tan(math.radians(camera.fov) / 2) * size[1] / 2
+
+
+def _world_bounds(scene: Scene, contents: Contents) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """(N, 2, 3): the box round each surface, in the world."""
+    boxes = []
+    for surface in scene.surfaces:
+        shape = surface.shape
+        low, high = bounds(contents.mesh(shape, 3) if isinstance(shape, MeshFile) else shape)
+        corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        matrix = surface.transform.matrix()
+        world = corners @ matrix[:3, :3].T + matrix[:3, 3]
+        boxes.append([world.min(axis=0), world.max(axis=0)])
+    return np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
+
+
+def check_uv(surface: Surface, has_uv: bool) -> None:
+    """SceneError when a surface carries bumps but has no u,v to place them by."""
+    if surface.bump is not None and not has_uv:
+        path = surface.shape.path if isinstance(surface.shape, MeshFile) else "the shape"
+        raise SceneError(f"{path}: bumps need texture coordinates, and this mesh has none; unwrap it, or remove bump")

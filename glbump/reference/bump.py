@@ -1,0 +1,59 @@
+"""Normals bent by the gradient of a height. Twin of shaders/lib/bump.glsl; float64, arrays (..., n)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+F64 = npt.NDArray[np.float64]
+
+
+def _unit(v: F64) -> F64:
+    """Unit length, whatever the length; zero stays zero."""
+    largest = np.abs(v).max(axis=-1, keepdims=True)
+    v = v / np.where(largest == 0, 1.0, largest)
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    result: F64 = v / np.where(length == 0, 1.0, length)
+    return result
+
+
+def surface_gradient(n: npt.ArrayLike, dpdu: npt.ArrayLike, dpdv: npt.ArrayLike, slope: npt.ArrayLike) -> F64:
+    """The vector g in the tangent plane with g . dp/du = dB/du and g . dp/dv = dB/dv; zero where dp/du and
+    dp/dv span no area (|sine of their angle, seen along n| < 1e-6, or a length below 1e-18).
+
+    Solved from the first fundamental form of dp/du and dp/dv projected to the tangent plane, which the closed
+    form of the GLSL does not use.
+    """
+    n, pu, pv, s = (np.asarray(v, np.float64) for v in (n, dpdu, dpdv, slope))
+    n, pu, pv = np.broadcast_arrays(n, pu, pv)
+    lu, lv = np.linalg.norm(pu, axis=-1), np.linalg.norm(pv, axis=-1)
+    tu, tv = _unit(pu), _unit(pv)
+    flat = (np.abs(np.einsum("...i,...i->...", n, np.cross(tu, tv))) < 1e-6) | (lu < 1e-18) | (lv < 1e-18)
+    tu, tv = (t - n * np.einsum("...i,...i->...", n, t)[..., None] for t in (tu, tv))
+    e, f, g = (np.einsum("...i,...i->...", a, b) for a, b in ((tu, tu), (tu, tv), (tv, tv)))
+    det = np.where(flat, 1.0, e * g - f * f)
+    su, sv = (s[..., i] / np.where(flat, 1.0, length) for i, length in enumerate((lu, lv)))
+    gradient = ((g * su - f * sv) / det)[..., None] * tu + ((e * sv - f * su) / det)[..., None] * tv
+    return np.where(flat[..., None], 0.0, gradient)
+
+
+def bump_normal(n: npt.ArrayLike, gradient: npt.ArrayLike) -> F64:
+    """Unit normal of the surface raised by a height with this surface gradient."""
+    return _unit(np.asarray(n, np.float64) - np.asarray(gradient, np.float64))
+
+
+def tangent_frame(n: npt.ArrayLike, dpdu: npt.ArrayLike, dpdv: npt.ArrayLike) -> tuple[F64, F64]:
+    """Unit tangent along dp/du in the tangent plane, and bitangent w cross(n, t), on the side of dp/dv.
+
+    Where dp/du has no part in the tangent plane (below 1e-18): the plane's part across x, or y where n is
+    within 26 degrees of x.
+    """
+    n, pu, pv = (np.asarray(v, np.float64) for v in (n, dpdu, dpdv))
+    n, pu, pv = np.broadcast_arrays(n, pu, pv)
+    along = pu - n * np.einsum("...i,...i->...", n, pu)[..., None]
+    other = np.where(np.abs(n[..., :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    none = np.linalg.norm(along, axis=-1, keepdims=True) <= 1e-18
+    t = np.where(none, _unit(np.cross(other, n)), _unit(along))
+    b = np.cross(n, t)
+    w = np.where(np.einsum("...i,...i->...", b, pv) < 0, -1.0, 1.0)[..., None]
+    return t, w * b

@@ -1,0 +1,186 @@
+"""Whole pictures in float64: rays cast, surfaces shaded as surface.frag does, as many samples as wanted."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.camera import Camera, near_far, pixel_rays, projection_matrix, sample_offsets, view_matrix
+from glbump.contents import Contents
+from glbump.errors import SceneError
+from glbump.frame import Frame
+from glbump.maps import cube, panorama
+from glbump.maps.panorama import Panorama
+from glbump.mesh import Mesh
+from glbump.quality import Quality
+from glbump.reference import bump as bumps
+from glbump.reference import ggx, reflect
+from glbump.reference.cast import Grid, Hits, cast
+from glbump.reference.environment import sh9_irradiance
+from glbump.scene import NormalMap, Scene, Surface, check_size
+
+F64 = npt.NDArray[np.float64]
+Look = Callable[[F64], F64]
+
+_RAYS = 1 << 18
+"""Rays cast at once; bounds the memory."""
+
+
+def render(
+    scene: Scene,
+    size: tuple[int, int] = (256, 256),
+    samples: int = 64,
+    *,
+    quality: str | Quality = "exact",
+    contents: Contents | None = None,
+) -> Frame:
+    """The picture that `glbump.render` at "exact" converges to: float64, ray-cast, no OpenGL.
+
+    samples: a pixel, a square number, on a regular grid; each reads the maps bilinearly at level 0, their mean is
+    the pixel (linear light, box filter). quality: its gloss_size and gloss_samples say which roughness chain is
+    read. contents: maps already read. Returns a Frame of float32 pixels; errors as `glbump.render`.
+    """
+    started = time.perf_counter()
+    width, height = check_size(size)
+    shader = _Shader(scene, quality if isinstance(quality, Quality) else Quality(quality), contents or Contents())
+    total = np.zeros((height, width, 4))
+    rows = max(1, _RAYS // width)
+    for offset in sample_offsets(samples):
+        origins, dirs = pixel_rays(scene.camera, (width, height), offset)
+        for top in range(0, height, rows):
+            band = slice(top, min(top + rows, height))
+            places = [_places(scene, i, mesh, (width, height), offset, top) for i, mesh in enumerate(shader.meshes)]
+            total[band] += shader.shade(origins[band], dirs[band], places)
+    total /= samples
+    alpha = total[..., 3:]
+    total[..., :3] = np.divide(total[..., :3], alpha, out=np.zeros_like(total[..., :3]), where=alpha > 0)
+    stats = {
+        "backend": "reference",
+        "renderer": "NumPy float64",
+        "samples": samples,
+        "ms": {"all": 1e3 * (time.perf_counter() - started)},
+    }
+    return Frame(total.astype(np.float32), stats)
+
+
+def _places(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offset: F64, top: int) -> F64:
+    """(V, 2) column and row of a mesh's vertices on the grid of rays that begins at row `top`."""
+    camera: Camera = scene.camera
+    projection = projection_matrix(camera, size, *near_far(camera, np.zeros((0, 2, 3))))
+    to_clip = projection @ view_matrix(camera) @ scene.surfaces[index].transform.matrix()
+    clip = mesh.positions @ to_clip[:, :3].T + to_clip[:, 3]
+    ahead = clip[:, 3] > 1e-9 * np.abs(clip).max()
+    ndc = np.divide(clip[:, :2], clip[:, 3:], out=np.full((len(clip), 2), np.nan), where=ahead[:, None])
+    pixel = (ndc * (0.5, -0.5) + 0.5) * size
+    # Far beside the picture is as good as anywhere beside it, and fits an integer.
+    result: F64 = np.clip(pixel - offset - (0, top), -1e6, 1e6)
+    return result
+
+
+class _Shader:
+    """One scene's maps, and the light along rays."""
+
+    def __init__(self, scene: Scene, quality: Quality, contents: Contents) -> None:
+        self.scene, self.quality, self.contents = scene, quality, contents
+        environment = scene.environment
+        self.picture = contents.environment(environment)
+        self.exposure = 2.0**environment.exposure
+        self.env_from_world = environment.env_from_world()
+        # Round shapes are cast by formula; their mesh is never looked at.
+        self.meshes = [contents.mesh(surface.shape, 8) for surface in scene.surfaces]
+        self.slopes = [
+            contents.slopes(surface.bump)[::-1] if surface.bump is not None else None for surface in scene.surfaces
+        ]
+
+    def environment(self, dir_env: F64) -> F64:
+        """Radiance (..., 3)."""
+        sample = panorama.sample if isinstance(self.picture, Panorama) else cube.sample
+        return self.exposure * sample(self.picture, dir_env)  # type: ignore[arg-type]
+
+    def shade(self, origins: F64, dirs: F64, places: list[F64]) -> F64:
+        """(H, W, 4) radiance and coverage, colour times coverage, of a band of rays (H, W, 3)."""
+        height, width = dirs.shape[:2]
+        origins, dirs = origins.reshape(-1, 3), dirs.reshape(-1, 3)
+        out = np.zeros((len(dirs), 4))
+        nearest = np.full(len(dirs), np.inf)
+        hits: list[Hits] = []
+        for surface, mesh, place in zip(self.scene.surfaces, self.meshes, places):
+            to_object = np.linalg.inv(surface.transform.matrix())
+            o = origins @ to_object[:3, :3].T + to_object[:3, 3]
+            hit = cast(surface.shape, mesh, Grid(place, width, height), o, dirs @ to_object[:3, :3].T)
+            hits.append(hit)
+            nearest[hit.ray] = np.minimum(nearest[hit.ray], hit.t)
+        for index, hit in enumerate(hits):
+            front = np.flatnonzero(hit.t <= nearest[hit.ray])
+            out[hit.ray[front], :3] = self._surface(index, hit, front, dirs[hit.ray[front]])
+            out[hit.ray[front], 3] = 1.0
+        empty = np.isinf(nearest)
+        if self.scene.environment.background and empty.any():
+            out[empty, :3] = self.environment(dirs[empty] @ self.env_from_world.T)
+            out[empty, 3] = 1.0
+        return out.reshape(height, width, 4)
+
+    def _surface(self, index: int, hit: Hits, front: npt.NDArray[np.intp], dirs: F64) -> F64:
+        """Light (K, 3) from the hits `front` of surface `index` along dirs (K, 3)."""
+        surface = self.scene.surfaces[index]
+        linear = self.env_from_world @ surface.transform.matrix()[:3, :3]
+        normal = hit.n[front] @ np.linalg.inv(linear)
+        n_env = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        dir_env = dirs @ self.env_from_world.T
+        behind = np.einsum("ni,ni->n", n_env, dir_env) > 0
+        if surface.bump is not None:
+            n_env = self._bent(index, hit, front, n_env, linear)
+        n_env = np.where(behind[:, None], -n_env, n_env)
+        return self._light(surface, dir_env, n_env)
+
+    def _bent(self, index: int, hit: Hits, front: npt.NDArray[np.intp], n_env: F64, linear: F64) -> F64:
+        surface, slopes = self.scene.surfaces[index], self.slopes[index]
+        bump = surface.bump
+        if hit.uv is None or hit.dpdu is None or hit.dpdv is None or bump is None or slopes is None:
+            raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
+        slope = bilinear_repeat(slopes, hit.uv[front] * bump.repeat) * bump.slope_scale
+        dpdu, dpdv = hit.dpdu[front] @ linear.T, hit.dpdv[front] @ linear.T
+        if isinstance(bump, NormalMap):
+            t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
+            return bumps.bump_normal(n_env, slope[:, :1] * t + slope[:, 1:] * b)
+        return bumps.bump_normal(n_env, bumps.surface_gradient(n_env, dpdu, dpdv, slope))
+
+    def _light(self, surface: Surface, dir_env: F64, n_env: F64) -> F64:
+        """What surface.frag's light() computes, for any material."""
+        material, environment = surface.material, self.scene.environment
+        color, metallic, roughness = np.array(material.base_color), material.metallic, material.roughness
+        look = n_env if environment.lookup == "normal" else reflect.reflect_dir(dir_env, n_env)
+        n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
+        dielectric = np.full(3, reflect.f0_from_ior(material.ior))
+
+        def share(f0: F64) -> F64:
+            if roughness > 0:
+                return ggx.glossy_share(f0, n_dot_v, roughness)
+            return reflect.fresnel_schlick(f0, n_dot_v)
+
+        if roughness > 0:
+            chain = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
+            mirrored = self.exposure * cube.sample_levels(chain, look, roughness * (len(chain) - 1))
+        else:
+            mirrored = self.environment(look)
+        result = share((1 - metallic) * dielectric + metallic * color) * mirrored
+        if metallic < 1:
+            irradiance = self.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))
+            result = result + (1 - share(dielectric)) * (1 - metallic) * color * irradiance
+        return result
+
+
+def bilinear_repeat(texels: npt.NDArray[np.float32], uv: F64) -> F64:
+    """Bilinear look-up (..., C) at level 0 of (H, W, C), row 0 at t = 0, repeating both ways."""
+    height, width = texels.shape[:2]
+    x, y = uv[..., 0] * width - 0.5, uv[..., 1] * height - 0.5
+    left, low = np.floor(x), np.floor(y)
+    a, b = (x - left)[..., None], (y - low)[..., None]
+    columns = [(left.astype(np.intp) + i) % width for i in (0, 1)]
+    rows = [(low.astype(np.intp) + i) % height for i in (0, 1)]
+    near, far = (texels[row, columns[0]] * (1 - a) + texels[row, columns[1]] * a for row in rows)
+    result: F64 = near * (1 - b) + far * b
+    return result

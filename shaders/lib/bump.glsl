@@ -1,0 +1,35 @@
+// Normals bent by the gradient of a height. Twin: glbump/reference/bump.py. Derivation: docs/bump.md.
+
+// Surface gradient of a height B with partial derivatives slope = (dB/du, dB/dv):
+//   grad B = (Bu (Pv x n) + Bv (n x Pu)) / J,  J = n . (Pu x Pv)
+// (Mikkelsen, "Bump Mapping Unparametrized Surfaces on the GPU", 2010; equal to Blinn's 1978 small-B form with
+// the sign of NUMERICS 1.1.) The signed J makes mirrored u,v right. Lengths are divided out first, so that no
+// scale of the scene under- or overflows. Where u,v have no area there is no gradient: zero.
+vec3 surface_gradient(vec3 n, vec3 dpdu, vec3 dpdv, vec2 slope) {
+    float len_u = length(dpdu);
+    float len_v = length(dpdv);
+    vec3 tu = dpdu / max(len_u, 1e-30);
+    vec3 tv = dpdv / max(len_v, 1e-30);
+    float j = dot(n, cross(tu, tv));
+    if (abs(j) < 1e-6 || len_u < 1e-18 || len_v < 1e-18) return vec3(0.0);
+    return (slope.x / len_u * cross(tv, n) + slope.y / len_v * cross(n, tu)) / j;
+}
+
+// The bent normal, unit length. A slope past 1e18 would overflow the dot product: the largest component is
+// divided out first.
+vec3 bump_normal(vec3 n, vec3 gradient) {
+    vec3 bent = n - gradient;
+    vec3 a = abs(bent);
+    return normalize(bent / max(a.x, max(a.y, a.z)));
+}
+
+// Tangent and bitangent of a normal map on a surface: t along dp/du in the tangent plane, b = w cross(n, t)
+// with w the handedness of u,v, so that mirrored maps keep their +Y. Any frame where u,v have no area.
+void tangent_frame(vec3 n, vec3 dpdu, vec3 dpdv, out vec3 t, out vec3 b) {
+    vec3 along = dpdu - n * dot(n, dpdu);
+    float len = length(along);
+    vec3 other = abs(n.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+    t = len > 1e-18 ? along / len : normalize(cross(other, n));
+    float w = dot(cross(n, t), dpdv) < 0.0 ? -1.0 : 1.0;
+    b = w * cross(n, t);
+}

@@ -1,0 +1,19 @@
+// Footprints to mip levels. Twin: glbump/reference/filter.py.
+
+// Change of a texture coordinate that wraps at 1, across a seam: the short way round.
+vec2 wrapped_difference(vec2 difference) {
+    return difference - round(difference);
+}
+
+// Mip level by the longer side of a footprint given as two vectors in texels (OpenGL 4.6, equation 8.10,
+// with rho = max of the two lengths). -63 for no footprint at all.
+float isotropic_level(vec2 ddx, vec2 ddy) {
+    return 0.5 * log2(max(max(dot(ddx, ddx), dot(ddy, ddy)), exp2(-126.0)));
+}
+
+// Mip level of a direction's footprint, for texels_per_radian texels a radian: chord length for angle, which
+// is right to 1 % below 0.5 rad. The same at a seam, at a pole and anywhere else.
+float direction_level(vec3 ddx, vec3 ddy, float texels_per_radian) {
+    float longest = max(dot(ddx, ddx), dot(ddy, ddy));
+    return 0.5 * log2(max(longest * texels_per_radian * texels_per_radian, exp2(-126.0)));
+}

@@ -1,0 +1,213 @@
+// One pixel of a surface: exact point, bent normal, reflected environment. Glue: reads inputs, dispatches to
+// lib, writes. Which parts there are is decided in glbump/plan.py alone.
+//
+// Shading happens in the environment's frame (names end in _env): the world, moved so that the eye is the
+// origin and turned back by the environment's rotation. Both cost nothing here: the matrices carry them.
+
+#define MESH 0
+#define SPHERE 1
+#define TORUS 2
+#define QUAD 3
+#define HEIGHT 1
+#define NORMAL 2
+#define REFLECTION 0
+#define BY_NORMAL 1
+#define WHITE_MIRROR 0
+#define TINTED_MIRROR 1
+#define SMOOTH 2
+#define GLOSSY 3
+
+#include "environment_input.glsl"
+#include "lib/mapping.glsl"
+#include "lib/reflect.glsl"
+#if BUMP
+#include "lib/bump.glsl"
+#endif
+#if LIGHT == GLOSSY
+#include "lib/ggx.glsl"
+#endif
+
+uniform vec4 eye_object;  // w = 1: where the eye is; w = 0: the direction of view (orthographic)
+uniform mat3 env_from_object;
+uniform mat3 env_from_object_normal;
+
+#if SHAPE == SPHERE
+uniform float radius;
+#elif SHAPE == TORUS
+uniform float radius;
+uniform float tube;
+#elif SHAPE == QUAD
+uniform vec3 corners[4];
+#endif
+
+#if BUMP
+uniform sampler2D slopes;
+uniform vec2 slope_scale;  // picture slopes to slopes per unit of surface u,v (heights) or of length (normals)
+uniform vec2 repeat;
+#if BUMP_MIP
+uniform float bump_footprint;  // of a sample, in pixels
+#endif
+#endif
+
+#if LIGHT == TINTED_MIRROR
+uniform vec3 f0;
+#elif LIGHT == SMOOTH || LIGHT == GLOSSY
+uniform vec3 f0;
+#if DIFFUSE
+uniform vec3 diffuse_color;
+uniform vec3 dielectric_f0;
+uniform vec3 sh[9];
+#endif
+#if LIGHT == GLOSSY
+uniform samplerCube gloss;
+uniform float gloss_level;
+uniform float roughness;
+#endif
+#endif
+
+in vec3 p_object;
+#if SHAPE == MESH
+in vec3 mesh_normal;
+#if BUMP
+in vec2 mesh_uv;
+in vec3 mesh_dpdu;
+in vec3 mesh_dpdv;
+#endif
+#endif
+
+out vec4 color;
+
+struct SurfacePoint {
+    vec3 n_object;
+    vec2 uv;
+    vec3 dpdu;
+    vec3 dpdv;
+};
+
+// Only what BUMP needs is asked for; the compiler drops the rest.
+SurfacePoint surface_point(vec3 dir_object) {
+    SurfacePoint s;
+#if SHAPE == MESH
+    s.n_object = normalize(mesh_normal);
+#if BUMP
+    s.uv = mesh_uv;
+    s.dpdu = mesh_dpdu;
+    s.dpdv = mesh_dpdv;
+#endif
+#elif SHAPE == SPHERE
+    vec3 p = p_object + sphere_step(p_object, dir_object, radius) * dir_object;
+    s.n_object = normalize(p);
+#if BUMP
+    s.uv = sphere_uv(p);
+    s.dpdu = sphere_dpdu(p);
+    s.dpdv = sphere_dpdv(p);
+#endif
+#elif SHAPE == TORUS
+    vec3 p = p_object + torus_step(p_object, dir_object, radius, tube) * dir_object;
+    s.n_object = torus_normal(p, radius);
+#if BUMP
+    s.uv = torus_uv(p, radius);
+    s.dpdu = torus_dpdu(p);
+    s.dpdv = torus_dpdv(p, radius);
+#endif
+#elif SHAPE == QUAD
+    s.n_object = normalize(cross(corners[2] - corners[0], corners[3] - corners[1]));
+#if BUMP
+    s.uv = inverse_bilinear(p_object, corners[0], corners[1], corners[2], corners[3]);
+    s.dpdu = bilinear_dpdu(s.uv, corners[0], corners[1], corners[2], corners[3]);
+    s.dpdv = bilinear_dpdv(s.uv, corners[0], corners[1], corners[2], corners[3]);
+#endif
+#else
+#error "SHAPE must be MESH, SPHERE, TORUS or QUAD"
+#endif
+    return s;
+}
+
+#if BUMP
+vec3 bumped(SurfacePoint s, vec3 n_env) {
+    vec2 place = s.uv * repeat;
+#if BUMP_MIP
+    vec2 size = vec2(textureSize(slopes, 0)) * repeat * bump_footprint;
+#if SHAPE == SPHERE || SHAPE == TORUS
+    float level = isotropic_level(wrapped_difference(dFdx(s.uv)) * size, wrapped_difference(dFdy(s.uv)) * size);
+#else
+    float level = isotropic_level(dFdx(s.uv) * size, dFdy(s.uv) * size);
+#endif
+#else
+    const float level = 0.0;
+#endif
+    vec2 slope = textureLod(slopes, place, level).rg * slope_scale;
+    vec3 dpdu = env_from_object * s.dpdu;
+    vec3 dpdv = env_from_object * s.dpdv;
+#if BUMP == HEIGHT
+    return bump_normal(n_env, surface_gradient(n_env, dpdu, dpdv, slope));
+#elif BUMP == NORMAL
+    vec3 t, b;
+    tangent_frame(n_env, dpdu, dpdv, t, b);
+    return bump_normal(n_env, slope.x * t + slope.y * b);
+#else
+#error "BUMP must be 0, HEIGHT or NORMAL"
+#endif
+}
+#endif
+
+vec3 light(vec3 dir_env, vec3 n_env) {
+#if LOOKUP == REFLECTION
+    vec3 look_env = reflect_dir(dir_env, n_env);
+#elif LOOKUP == BY_NORMAL
+    vec3 look_env = n_env;
+#else
+#error "LOOKUP must be REFLECTION or BY_NORMAL"
+#endif
+    float n_dot_v = -dot(dir_env, n_env);
+#if LIGHT == WHITE_MIRROR
+    return environment_radiance(look_env);
+#elif LIGHT == TINTED_MIRROR
+    return fresnel_schlick(f0, n_dot_v) * environment_radiance(look_env);
+#elif LIGHT == SMOOTH || LIGHT == GLOSSY
+#if LIGHT == SMOOTH
+    vec3 share = fresnel_schlick(f0, n_dot_v);
+    vec3 result = share * environment_radiance(look_env);
+#else
+    vec3 share = glossy_share(f0, n_dot_v, roughness);
+    vec3 glossy = textureLod(gloss, look_env, gloss_level).rgb;
+#if EXPOSURE
+    glossy *= exposure_factor;
+#endif
+    vec3 result = share * glossy;
+#endif
+#if DIFFUSE
+#if LIGHT == SMOOTH
+    vec3 kept = 1.0 - fresnel_schlick(dielectric_f0, n_dot_v);
+#else
+    vec3 kept = 1.0 - glossy_share(dielectric_f0, n_dot_v, roughness);
+#endif
+    vec3 irradiance = sh9_irradiance(n_env, sh);
+#if EXPOSURE
+    irradiance *= exposure_factor;
+#endif
+    result += kept * diffuse_color * irradiance;
+#endif
+    return result;
+#else
+#error "LIGHT must be WHITE_MIRROR, TINTED_MIRROR, SMOOTH or GLOSSY"
+#endif
+}
+
+void main() {
+    vec3 dir_object = eye_object.w > 0.5 ? normalize(p_object - eye_object.xyz) : eye_object.xyz;
+    SurfacePoint s = surface_point(dir_object);
+    vec3 dir_env = normalize(env_from_object * dir_object);
+    vec3 n_env = normalize(env_from_object_normal * s.n_object);
+#if TWO_SIDED
+    // The bump belongs to the outer side; seen from behind, the whole bent surface is turned over.
+    float side = dot(n_env, dir_env) > 0.0 ? -1.0 : 1.0;
+#endif
+#if BUMP
+    n_env = bumped(s, n_env);
+#endif
+#if TWO_SIDED
+    n_env *= side;
+#endif
+    color = vec4(light(dir_env, n_env), 1.0);
+}

@@ -1,0 +1,34 @@
+// Positions to clip space; what a mesh carries goes on to the fragments, analytic shapes carry nothing.
+
+#define MESH 0
+
+uniform mat4 clip_from_object;
+
+in vec3 position;
+out vec3 p_object;
+
+#if SHAPE == MESH
+in vec3 normal;
+out vec3 mesh_normal;
+#if BUMP
+in vec2 texcoord;
+in vec3 tangent_u;
+in vec3 tangent_v;
+out vec2 mesh_uv;
+out vec3 mesh_dpdu;
+out vec3 mesh_dpdv;
+#endif
+#endif
+
+void main() {
+    p_object = position;
+#if SHAPE == MESH
+    mesh_normal = normal;
+#if BUMP
+    mesh_uv = texcoord;
+    mesh_dpdu = tangent_u;
+    mesh_dpdv = tangent_v;
+#endif
+#endif
+    gl_Position = clip_from_object * vec4(position, 1.0);
+}
