@@ -44,9 +44,7 @@ class Context:
         except Exception as error:  # moderngl raises ValueError, its own Error, and bare Exception
             self._released = True
             native.destroy()
-            raise RouteError(
-                f"moderngl: {error}", "update the graphics driver, or try another backend"
-            ) from None
+            raise RouteError(f"moderngl: {error}", "update the graphics driver, or try another backend") from None
 
     @cached_property
     def info(self) -> dict[str, Any]:
@@ -83,15 +81,18 @@ class Context:
         if self._released:
             raise ContextError(f"cannot {what}: this OpenGL context is released; open a new one")
         if os.getpid() != self._process:
-            raise ContextError(
-                f"cannot {what}: this OpenGL context stayed behind in the process forked from; {SPAWN}"
-            )
+            raise ContextError(f"cannot {what}: this OpenGL context stayed behind in the process forked from; {SPAWN}")
         if threading.get_ident() != self._thread:
             raise ContextError(
                 f"cannot {what}: this OpenGL context belongs to the thread that opened it; "
                 "draw on that thread, or open one for this"
             )
         self.make_current()
+
+    def unbind(self) -> None:
+        """Leave the framebuffer in use. Due before that one is released: moderngl 5.13 goes on to bind its name,
+        which is an OpenGL error when the next framebuffer is made."""
+        self.gl.detect_framebuffer(0).use()
 
     def live_objects(self) -> dict[str, int]:
         """How many objects of each kind live in this context, by asking OpenGL for the names 1 to 4096."""
@@ -152,9 +153,7 @@ def open_context(backend: str = "auto", device: int | None = None, require: int 
     opened = next((context.backend for context in _open), "auto")
     if opened != "auto" and backend not in ("auto", opened):
         # Mesa's libraries share one dispatch table: the one's calls would draw into the other's textures.
-        raise ContextError(
-            f"cannot open {backend} while {opened} is open: use it, or release it, or another process"
-        )
+        raise ContextError(f"cannot open {backend} while {opened} is open: use it, or release it, or another process")
     _first_process = os.getpid()
     failed: list[Attempt] = []
     for way in ways(opened if backend == "auto" else backend, device):
@@ -183,9 +182,7 @@ def _chosen(backend: str, device: int | None) -> tuple[str, int | None]:
         backend = named
     if backend in ("osmesa", "window"):
         if device is not None:
-            raise ContextError(
-                f"device={device!r} goes with backend egl; {backend} has no devices, leave it out"
-            )
+            raise ContextError(f"device={device!r} goes with backend egl; {backend} has no devices, leave it out")
         return backend, None
     indexed = os.environ.get("GLBUMP_DEVICE")
     if device is None and indexed:
