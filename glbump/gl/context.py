@@ -168,7 +168,7 @@ def open_context(backend: str = "auto", device: int | None = None, require: int 
             _open.add(context)
             return context
     wanted = f"OpenGL {require // 100}.{require // 10 % 10} core, backend {backend}"
-    raise ContextError(f"no OpenGL context ({wanted}). Tried:\n{table(failed)}")
+    raise ContextError(f"no OpenGL context ({wanted}); tried:\n{table(failed)}")
 
 
 def _chosen(backend: str, device: int | None) -> tuple[str, int | None]:

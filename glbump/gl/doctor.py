@@ -109,8 +109,11 @@ def _lines(report: Report) -> Iterator[str]:
     yield ", ".join([*(f"{name} {report[name]}" for name in names), report["platform"]])
     yield from (f"{name}={value}" for name, value in report["environment"].items())
     yield ""
-    reason = "" if report["chosen"] else f": {report['chosen_error'].splitlines()[0].removesuffix(". Tried:")}"
-    yield f"glbump draws with {report['chosen'] or 'nothing'}{reason}"
+    if report["chosen"]:
+        yield f"glbump draws with {report['chosen']}"
+    else:
+        # The table that follows in the message is the list below.
+        yield f"glbump draws with nothing: {report['chosen_error'].splitlines()[0].removesuffix('; tried:')}"
     wide = max(len(route["route"]) for route in report["routes"])
     for route in report["routes"]:
         if route["ok"]:
