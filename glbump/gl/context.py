@@ -29,7 +29,7 @@ class Context:
     """
 
     def __init__(self, native: Native, route: str, require: int = 330) -> None:
-        self._thread = threading.get_ident()
+        self._thread = threading.current_thread()
         self._process = os.getpid()
         self._released = False
         self.native = native
@@ -82,7 +82,7 @@ class Context:
             raise ContextError(f"cannot {what}: this OpenGL context is released; open a new one")
         if os.getpid() != self._process:
             raise ContextError(f"cannot {what}: this OpenGL context stayed behind in the process forked from; {SPAWN}")
-        if threading.get_ident() != self._thread:
+        if threading.current_thread() is not self._thread:
             raise ContextError(
                 f"cannot {what}: this OpenGL context belongs to the thread that opened it; "
                 "draw on that thread, or open one for this"
@@ -118,7 +118,7 @@ class Context:
 
     def __del__(self) -> None:
         # Forgotten, not released: its megabytes go all the same, without touching what is current.
-        mine = os.getpid() == self._process and threading.get_ident() == self._thread
+        mine = os.getpid() == self._process and threading.current_thread() is self._thread
         if not self._released and mine and not sys.is_finalizing():
             self._destroy()
 

@@ -16,6 +16,7 @@ LIBRARY = "libEGL.so.1"
 APT = "apt-get install -y --no-install-recommends libegl1 libgl1 libgl1-mesa-dri"
 NO_LIBRARY = f"install it: {APT}"
 NO_DRIVER = f"install a driver: {APT}; NVIDIA in a container: NVIDIA_DRIVER_CAPABILITIES=graphics,utility"
+BUSY = "another library's OpenGL context is current on this thread: use another thread, or another process"
 NO_RIGHT = "give the container the device (docker run --gpus all, or --device /dev/dri and its group)"
 
 # fmt: off
@@ -163,7 +164,8 @@ class EglContext(Native):
         return bool(self._egl.eglGetCurrentContext() == self._context)
 
     def make_current(self) -> None:
-        self._egl.call("eglMakeCurrent", self._display, self._surface, self._surface, self._context)
+        surface = self._surface
+        self._egl.call("eglMakeCurrent", self._display, surface, surface, self._context, mend=BUSY)
 
     def destroy(self) -> None:
         if self.is_current():

@@ -86,9 +86,7 @@ def _egl_ways(device: int | None) -> Iterator[Way | Attempt]:
         yield Way("egl surfaceless", library.name, partial(egl.EglContext, library, None))
     elif found and device >= len(found):
         missing = f"no such device; there are {len(found)}, counted from 0"
-        yield Attempt(
-            f"egl device {device}", library.name, missing, "leave the device out, or name one of those"
-        )
+        yield Attempt(f"egl device {device}", library.name, missing, "leave the device out, or name one of those")
 
 
 def _window(require: int) -> Native:
