@@ -75,7 +75,8 @@ def tone_map(linear: npt.ArrayLike, tone: str = "clip", exposure: float = 0.0) -
     check.choice("tone", tone, TONES)
     gain = 2.0 ** check.number("exposure", exposure, least=-64, most=64)
     x = _floats(linear)
-    with np.errstate(over="ignore"):  # Past the largest float is white all the same.
+    # Past the largest float is white all the same; a signalling NaN is a NaN like the others.
+    with np.errstate(over="ignore", invalid="ignore"):
         lit = np.maximum(x * x.dtype.type(gain), 0)
     return np.clip(_CURVES[tone](lit), 0, 1)
 
@@ -113,9 +114,9 @@ def alpha_bytes(alpha: Floats) -> npt.NDArray[np.uint8]:
 
 
 def _every_half() -> npt.NDArray[np.float32]:
-    # Signalling NaNs among the bit patterns raise a warning that says nothing here.
+    # Adding 0 makes quiet NaNs of the signalling ones, whose every use would raise a warning.
     with np.errstate(invalid="ignore"):
-        return np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32)
+        return np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32) + np.float32(0)
 
 
 @lru_cache(maxsize=16)

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from glbump.errors import ImageError
 from glbump.maps.colour import TONES, linear_from_srgb, srgb_from_linear, tone_map
+from glbump.maps.files import write_atomically, write_display, write_picture
 from glbump.maps.stored import (
     MAX_BYTES,
     MAX_PIXELS,
@@ -43,6 +44,9 @@ __all__ = [
     "read_picture",
     "srgb_from_linear",
     "tone_map",
+    "write_atomically",
+    "write_display",
+    "write_picture",
 ]
 
 NORMAL_LENGTH_ERROR = 0.3

@@ -169,8 +169,7 @@ def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
     file = oiio.ImageInput.open(str(path), as_stored)
     if file is None:
         raise ImageError(
-            f"{path}: is no picture that can be read ({_one_line(oiio.geterror())}); "
-            f"formats: {', '.join(FORMATS)}"
+            f"{path}: is no picture that can be read ({_one_line(oiio.geterror())}); formats: {', '.join(FORMATS)}"
         )
     try:
         stored, orientation = _decode(file, path)
@@ -191,9 +190,7 @@ def _decode(file: Any, path: Path) -> tuple[Stored, int]:
     # A decoder may return pixels and report an error all the same (truncated JPEG): both are refused.
     error = file.geterror() or oiio.geterror()
     if pixels is None or error:
-        raise ImageError(
-            f"{path}: is damaged or truncated ({_one_line(error) or 'no pixels'}); get a whole copy of it"
-        )
+        raise ImageError(f"{path}: is damaged or truncated ({_one_line(error) or 'no pixels'}); get a whole copy of it")
     if pixels.ndim == 2:
         pixels = pixels[..., None]
     # Asked last: the WebP reader cannot go back. A PSD's first picture is the whole, the others its layers.
@@ -232,11 +229,18 @@ def _check_header(spec: Any, form: str, path: Path) -> tuple[str, ...]:
         )
     if str(spec.format) not in _TYPES:
         raise ImageError(f"{path}: holds {spec.format} values; save it as unsigned integers or floats")
-    if "CMYK" in (spec.get_string_attribute("jpeg:ColorSpace"), spec.get_string_attribute("tiff:ColorSpace")):
+    if _is_cmyk(spec, form, path):
         raise ImageError(f"{path}: is a CMYK picture, whose colours depend on a printer; save it as RGB")
     if form == "openexr":
         _check_windows(spec, path)
     return _channels(spec, path)
+
+
+def _is_cmyk(spec: Any, form: str, path: Path) -> bool:
+    if form == "psd":  # OpenImageIO converts it and says nothing; the header's colour mode is 4.
+        with path.open("rb") as file:
+            return file.read(26)[24:] == b"\0\4"
+    return "CMYK" in (spec.get_string_attribute("jpeg:ColorSpace"), spec.get_string_attribute("tiff:ColorSpace"))
 
 
 def _check_windows(spec: Any, path: Path) -> None:
