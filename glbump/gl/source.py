@@ -103,15 +103,12 @@ def resolve(
     version: int | str | None = None,
     stage: str | None = None,
     folders: Iterable[Path] = (),
-    header: str = "",
-    footer: str = "",
 ) -> Source:
     """One GLSL text from a file (or from `text`, shown as `name`), with every include put in once.
 
     `#include "lib/bump.glsl"` is looked for beside the file that includes it, then in `folders`, then in
     `find_shaders()`. Inside `#if` the text is guarded, so that an include in a branch not taken does not
     hide a later one. `version` is 330 unless given or written on the source's own `#version` line.
-    `header` and `footer` are GLSL put after the defines and at the end.
 
     Raises ShaderError: a missing file (with the nearest name), a cycle (with its chain), a second #version.
     """
@@ -128,14 +125,11 @@ def resolve(
     told = version if version is not None else resolver.version or 330
     head = [f"#version {told} core" if isinstance(told, int) and told >= 150 else f"#version {told}"]
     head += [f"#define {key} {_define(key, value)}" for key, value in (defines or {}).items()]
-    head += header.splitlines()
     table = [(_GENERATED, i + 1) for i in range(len(head))]
-    tail = footer.splitlines()
-    end = [(_GENERATED, len(head) + i + 1) for i in range(len(tail))]
     return Source(
-        text="\n".join([*head, *resolver.out, *tail, ""]),
-        lines=(*table, *resolver.table, *end),
-        files={**resolver.files, _GENERATED: SourceFile(None, (*head, *tail))},
+        text="\n".join([*head, *resolver.out, ""]),
+        lines=(*table, *resolver.table),
+        files={**resolver.files, _GENERATED: SourceFile(None, tuple(head))},
         name=label,
         stage=stage if stage is not None else SUFFIXES.get(Path(label).suffix, ""),
     )
@@ -191,9 +185,7 @@ class _Resolver:
         target = self.read(self.find(wanted, self.files[label].path, place))
         if target in chain:
             shown = " -> ".join([*chain[chain.index(target) :], target])
-            raise ShaderError(
-                f"{place}: includes go in a circle: {shown}; move what they share to a file of its own"
-            )
+            raise ShaderError(f"{place}: includes go in a circle: {shown}; move what they share to a file of its own")
         if any(target in scope for scope in self.scopes):
             return
         # In the text already (in another branch), or in a branch now: the preprocessor decides.
@@ -215,9 +207,7 @@ class _Resolver:
 
     def _set_version(self, told: str, label: str, number: int, chain: tuple[str, ...]) -> None:
         if chain:
-            raise ShaderError(
-                f"{label}:{number}: #version in an included file; remove it, glbump writes #version"
-            )
+            raise ShaderError(f"{label}:{number}: #version in an included file; remove it, glbump writes #version")
         self.version = told
 
     def _emit(self, line: str, label: str, number: int) -> None:
@@ -235,15 +225,11 @@ class _Resolver:
             inside = root / wanted.removeprefix("shaders/")
             if inside.is_file():
                 return inside
-        names = sorted(
-            str(p.relative_to(self.folders[-1])) for p in self.folders[-1].rglob("*.*") if p.is_file()
-        )
+        names = sorted(str(p.relative_to(self.folders[-1])) for p in self.folders[-1].rglob("*.*") if p.is_file())
         close = nearest(wanted, names) or next((n for n in names if Path(n).name == Path(wanted).name), None)
         hint = f"; did you mean {close!r}?" if close else ""
         tried = ", ".join(str(f) for f in [*beside, *self.folders])
-        raise ShaderError(
-            f"{place + ': ' if place else ''}no shader file {wanted!r}; looked in {tried}{hint}"
-        )
+        raise ShaderError(f"{place + ': ' if place else ''}no shader file {wanted!r}; looked in {tried}{hint}")
 
     def read(self, path: Path) -> str:
         """Read `path` once; returns the name that messages show for it."""
