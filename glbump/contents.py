@@ -14,7 +14,7 @@ from glbump.errors import ImageError
 from glbump.maps.cube import CubeFaces, cube_from_picture
 from glbump.maps.panorama import Panorama, panorama_from_picture
 from glbump.mesh import Mesh, tessellate
-from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap
+from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, picture_of
 from glbump.shapes import MeshFile, Shape
 
 F32 = npt.NDArray[np.float32]
@@ -49,16 +49,16 @@ class _Same:
 def environment_key(environment: Environment) -> Hashable:
     """What an environment's texture is known by: rotation, exposure and the like do not change it."""
     if isinstance(environment, LatLong):
-        return "lat-long", source_key(environment.image)
+        return "lat-long", source_key(picture_of(environment.image))
     images = environment.image if isinstance(environment.image, tuple) else (environment.image,)
-    return "cube", environment.orientation, tuple(source_key(i) for i in images)
+    return "cube", environment.orientation, tuple(source_key(picture_of(i)) for i in images)
 
 
 def bump_key(bump: Bump | NormalMap) -> Hashable:
     """What a bump's slopes are known by: amplitude, scale and repeat do not change them."""
     if isinstance(bump, Bump):
-        return "heights", source_key(bump.height), bump.channel
-    return "normals", source_key(bump.normal_map), bump.flip_y
+        return "heights", source_key(picture_of(bump.height)), bump.channel
+    return "normals", source_key(picture_of(bump.normal_map)), bump.flip_y
 
 
 def shape_key(shape: Shape) -> Hashable:
@@ -131,16 +131,16 @@ def _read(environment: Environment) -> Panorama | CubeFaces:
     from glbump.maps.images import Picture, read_colour
 
     if isinstance(environment, LatLong):
-        return panorama_from_picture(read_colour(environment.image))
+        return panorama_from_picture(read_colour(picture_of(environment.image)))
     if isinstance(environment.image, tuple):
-        return cube_from_picture([read_colour(face) for face in environment.image], environment.orientation)
+        return cube_from_picture([read_colour(picture_of(face)) for face in environment.image], environment.orientation)
     if isinstance(environment.image, ArrayImage) and environment.image.pixels.ndim == 4:
         pixels = environment.image.pixels
         if not np.isfinite(pixels).all():
             bad = int(np.count_nonzero(~np.isfinite(pixels)))
             raise ImageError(f"array {pixels.shape}: {bad} values are NaN or infinite; replace them first")
         return cube_from_picture(Picture(pixels, 32, True, None, f"array {pixels.shape}"), environment.orientation)
-    return cube_from_picture(read_colour(environment.image), environment.orientation)
+    return cube_from_picture(read_colour(picture_of(environment.image)), environment.orientation)
 
 
 def _slopes(bump: Bump | NormalMap) -> F32:
@@ -148,5 +148,5 @@ def _slopes(bump: Bump | NormalMap) -> F32:
     from glbump.maps.images import read_height, read_normals
 
     if isinstance(bump, Bump):
-        return slopes(read_height(bump.height, bump.channel).pixels[..., 0])
-    return slopes_of_normals(read_normals(bump.normal_map).pixels, bump.flip_y)
+        return slopes(read_height(picture_of(bump.height), bump.channel).pixels[..., 0])
+    return slopes_of_normals(read_normals(picture_of(bump.normal_map)).pixels, bump.flip_y)

@@ -24,6 +24,7 @@ MESH, SPHERE, TORUS, QUAD = range(4)
 NO_BUMP, HEIGHT, NORMAL = range(3)
 LATLONG, CUBE = range(2)
 LOOKUPS = {"reflection": 0, "normal": 1}
+NONE, ORTHOGONAL, GENERAL = range(3)
 WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
 
 
@@ -239,6 +240,7 @@ def _surface(
     diffuse = material.metallic < 1.0 and any(material.base_color)
     defines = {
         "SHAPE": kinds[type(shape)],
+        "TRANSFORM": _transform(surface, scene),
         "BUMP": bump_kind,
         "BUMP_MIP": int(bump_kind != NO_BUMP and quality.bump_filter != "bilinear"),
         "LOOKUP": LOOKUPS[scene.environment.lookup],
@@ -251,6 +253,15 @@ def _surface(
         # The chain carries all of its light; the environment itself is not looked up here.
         defines["ENVIRONMENT_MIP"] = 0
     return SurfacePlan(tuple(defines.items()), segments, closed)
+
+
+def _transform(surface: Surface, scene: Scene) -> int:
+    """How object directions become the environment's: not at all, by an orthogonal matrix, or by any."""
+    scale = surface.transform.uniform_scale
+    if scale is None:
+        return GENERAL
+    linear = scene.environment.env_from_world() @ surface.transform.matrix()[:3, :3]
+    return NONE if np.array_equal(linear, scale * np.eye(3)) else ORTHOGONAL
 
 
 def _eye_is_inside(surface: Surface, scene: Scene) -> bool:

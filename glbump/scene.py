@@ -7,6 +7,7 @@ Every class raises SceneError for values it does not allow.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -47,6 +48,12 @@ class ArrayImage:
 
 Image = str | Path | npt.NDArray[Any] | ArrayImage
 """A picture: a path, or an array (H, W) or (H, W, C), row 0 on top, linear light."""
+
+
+def picture_of(image: Any) -> Path | ArrayImage:
+    """A checked scene's picture, as its dataclass stored it."""
+    assert isinstance(image, Path | ArrayImage)
+    return image
 
 
 def _image(what: str, value: Any) -> Path | ArrayImage:
@@ -101,7 +108,7 @@ class Bump(check.Frozen):
     channel: "r", "g", "b" or "a" where the picture is coloured.
     """
 
-    height: Path | ArrayImage
+    height: Image
     amplitude: float
     repeat: Vec2 = (1.0, 1.0)
     channel: str | None = None
@@ -128,7 +135,7 @@ class NormalMap(check.Frozen):
     scale multiplies the slopes, so 0 is flat and -1 turns bumps into dents.
     """
 
-    normal_map: Path | ArrayImage
+    normal_map: Image
     scale: float = 1.0
     repeat: Vec2 = (1.0, 1.0)
     flip_y: bool = False
@@ -197,7 +204,7 @@ class LatLong(_Environment):
     """
 
     kind: ClassVar[str] = "lat-long"
-    image: Path | ArrayImage
+    image: Image
     rotation: float = 0.0
     exposure: float = 0.0
     lookup: str = "reflection"
@@ -218,7 +225,7 @@ class CubeMap(_Environment):
     """
 
     kind: ClassVar[str] = "cube"
-    image: Path | ArrayImage | tuple[Path | ArrayImage, ...]
+    image: Image | Sequence[Image]
     orientation: str = "opengl"
     rotation: float = 0.0
     exposure: float = 0.0
@@ -247,7 +254,7 @@ ENVIRONMENTS: tuple[type[Any], ...] = (LatLong, CubeMap)
 class Scene(check.Frozen):
     """Surfaces in an environment, and the camera that sees them."""
 
-    surfaces: tuple[Surface, ...]
+    surfaces: Sequence[Surface]
     environment: Environment
     camera: Camera = Camera()
 

@@ -157,3 +157,9 @@ class Transform(check.Frozen):
         result[:3, :3] = about_z @ about_y @ about_x @ np.diag(np.asarray(self.scale, dtype=np.float64))
         result[:3, 3] = self.translate
         return result
+
+    @property
+    def uniform_scale(self) -> float | None:
+        """The size of the scale where it is the same along all axes (mirroring or not), else None."""
+        sizes = {abs(s) for s in np.asarray(self.scale).tolist()}
+        return sizes.pop() if len(sizes) == 1 else None

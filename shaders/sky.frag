@@ -1,13 +1,15 @@
-// The environment behind the surfaces, at the far plane.
+// The environment behind the surfaces.
 
 #include "environment_input.glsl"
 
-uniform mat3 env_from_ndc;  // columns: per unit of ndc x, per unit of ndc y, straight ahead
-
-in vec2 ndc;
+in vec3 dir_env;
 out vec4 color;
 
 void main() {
-    vec3 dir_env = normalize(env_from_ndc * vec3(ndc, 1.0));
+#if ENVIRONMENT_MIP
+    // Levels go by angles; without them any length will do.
+    color = vec4(environment_radiance(normalize(dir_env)), 1.0);
+#else
     color = vec4(environment_radiance(dir_env), 1.0);
+#endif
 }

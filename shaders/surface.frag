@@ -10,6 +10,9 @@
 #define QUAD 3
 #define HEIGHT 1
 #define NORMAL 2
+#define NONE 0
+#define ORTHOGONAL 1
+#define GENERAL 2
 #define REFLECTION 0
 #define BY_NORMAL 1
 #define WHITE_MIRROR 0
@@ -28,8 +31,14 @@
 #endif
 
 uniform vec4 eye_object;  // w = 1: where the eye is; w = 0: the direction of view (orthographic)
+// NONE: the surface stands as the environment does. ORTHOGONAL: turned (its size is in its other uniforms).
+// GENERAL: stretched.
+#if TRANSFORM == ORTHOGONAL || TRANSFORM == GENERAL
 uniform mat3 env_from_object;
+#endif
+#if TRANSFORM == GENERAL
 uniform mat3 env_from_object_normal;
+#endif
 
 #if SHAPE == SPHERE
 uniform float radius;
@@ -77,6 +86,16 @@ in vec3 mesh_dpdv;
 
 out vec4 color;
 
+vec3 turned(vec3 v_object) {
+#if TRANSFORM == NONE
+    return v_object;
+#elif TRANSFORM == ORTHOGONAL || TRANSFORM == GENERAL
+    return env_from_object * v_object;
+#else
+#error "TRANSFORM must be NONE, ORTHOGONAL or GENERAL"
+#endif
+}
+
 struct SurfacePoint {
     vec3 n_object;
     vec2 uv;
@@ -96,7 +115,7 @@ SurfacePoint surface_point(vec3 dir_object) {
 #endif
 #elif SHAPE == SPHERE
     vec3 p = p_object + sphere_step(p_object, dir_object, radius) * dir_object;
-    s.n_object = normalize(p);
+    s.n_object = p / radius;
 #if BUMP
     s.uv = sphere_uv(p);
     s.dpdu = sphere_dpdu(p);
@@ -137,9 +156,11 @@ vec3 bumped(SurfacePoint s, vec3 n_env) {
     const float level = 0.0;
 #endif
     vec2 slope = textureLod(slopes, place, level).rg * slope_scale;
-    vec3 dpdu = env_from_object * s.dpdu;
-    vec3 dpdv = env_from_object * s.dpdv;
-#if BUMP == HEIGHT
+    vec3 dpdu = turned(s.dpdu);
+    vec3 dpdv = turned(s.dpdv);
+#if BUMP == HEIGHT && (SHAPE == SPHERE || SHAPE == TORUS) && TRANSFORM != GENERAL
+    return bump_normal(n_env, orthogonal_gradient(dpdu, dpdv, slope));
+#elif BUMP == HEIGHT
     return bump_normal(n_env, surface_gradient(n_env, dpdu, dpdv, slope));
 #elif BUMP == NORMAL
     vec3 t, b;
@@ -197,8 +218,13 @@ vec3 light(vec3 dir_env, vec3 n_env) {
 void main() {
     vec3 dir_object = eye_object.w > 0.5 ? normalize(p_object - eye_object.xyz) : eye_object.xyz;
     SurfacePoint s = surface_point(dir_object);
+#if TRANSFORM == GENERAL
     vec3 dir_env = normalize(env_from_object * dir_object);
     vec3 n_env = normalize(env_from_object_normal * s.n_object);
+#else
+    vec3 dir_env = turned(dir_object);
+    vec3 n_env = turned(s.n_object);
+#endif
 #if TWO_SIDED
     // The bump belongs to the outer side; seen from behind, the whole bent surface is turned over.
     float side = dot(n_env, dir_env) > 0.0 ? -1.0 : 1.0;

@@ -192,7 +192,7 @@ class Renderer:
         return self._store.mesh(scene.surfaces[index].shape, how.segments, attributes)
 
     def _sky(self, scene: Scene, plan: Plan) -> Uniforms:
-        uniforms = self._program("fullscreen.vert", "sky.frag", plan.environment_defines)
+        uniforms = self._program("sky.vert", "sky.frag", plan.environment_defines)
         uniforms.write(self._environment_values(scene, plan))
         return uniforms
 

@@ -21,7 +21,7 @@ class Targets:
                 f"a frame of {plan.size[0]}x{plan.size[1]} is larger than this driver draws; "
                 f"it takes at most {limit} a side; render parts, or a smaller size"
             )
-        self._gl = context.gl
+        self._context, self._gl = context, context.gl
         self.dtype = DTYPES[plan.frame_format]
         self.one = self._framebuffer(plan.size, depth=True)
         self.sum = self._framebuffer(plan.size) if plan.samples > 1 else None
@@ -40,10 +40,14 @@ class Targets:
     @staticmethod
     def texture_of(frame: moderngl.Framebuffer) -> moderngl.Texture:
         """The colour texture of a framebuffer."""
-        return frame.color_attachments[0]
+        texture = frame.color_attachments[0]
+        assert isinstance(texture, moderngl.Texture)
+        return texture
 
     def release(self) -> None:
         """Free everything."""
+        # moderngl would bind a freed framebuffer's name again.
+        self._context.unbind()
         for frame in (self.one, self.sum, self.straight):
             if frame is not None:
                 for attachment in (*frame.color_attachments, frame.depth_attachment):

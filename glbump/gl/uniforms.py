@@ -16,7 +16,7 @@ from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
 from glbump.plan import GLOSSY, Plan
 from glbump.reference.reflect import f0_from_ior
-from glbump.scene import Environment, Scene
+from glbump.scene import Bump, Environment, Scene
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -28,7 +28,8 @@ class Uniforms:
 
     def __init__(self, gl: moderngl.Context, program: moderngl.Program) -> None:
         self.program = program
-        self.names = {n for n in program if isinstance(program[n], moderngl.Uniform)}
+        members = {name: program[name] for name in program}
+        self._uniforms = {n: u for n, u in members.items() if isinstance(u, moderngl.Uniform)}
         self._gl = gl
         self._arrays: dict[int, tuple[MeshBuffers, moderngl.VertexArray]] = {}
         self._empty: moderngl.VertexArray | None = None
@@ -36,13 +37,14 @@ class Uniforms:
     def write(self, values: Mapping[str, Any]) -> None:
         """Set what is there. Matrices (n, n) and rows of vectors are float64 arrays; the rest plain values."""
         for name, value in values.items():
-            if name in self.names:
+            uniform = self._uniforms.get(name)
+            if uniform is not None:
                 if isinstance(value, np.ndarray):
                     # OpenGL wants columns one after another; rows of vectors stand so already.
                     columns = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
-                    self.program[name].write(np.ascontiguousarray(columns, np.float32).tobytes())
+                    uniform.write(np.ascontiguousarray(columns, np.float32).tobytes())
                 else:
-                    self.program[name].value = value
+                    uniform.value = value
 
     @property
     def vertices(self) -> moderngl.VertexArray:
@@ -152,7 +154,9 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     if how.has("BUMP"):
         assert surface.bump is not None
         values["repeat"] = surface.bump.repeat
-        values["slope_scale"] = surface.bump.slope_scale
+        # An orthogonal transform leaves out the size, so lengths along the surface are in object units.
+        size = surface.transform.uniform_scale if isinstance(surface.bump, Bump) else None
+        values["slope_scale"] = tuple(s / (size or 1.0) for s in surface.bump.slope_scale)
         values["bump_footprint"] = plan.samples**-0.5
     material = surface.material
     f0 = f0_from_ior(material.ior)
@@ -181,6 +185,6 @@ def _place(scene: Scene, index: int) -> dict[str, Any]:
         eye = (*np.linalg.solve(matrix, [*camera.eye, 1.0])[:3], 1.0)
     return {
         "eye_object": eye,
-        "env_from_object": linear,
+        "env_from_object": linear / (scene.surfaces[index].transform.uniform_scale or 1.0),
         "env_from_object_normal": normal / np.abs(normal).max(),
     }

@@ -20,12 +20,14 @@ Index = npt.NDArray[np.intp]
 class Hits:
     """Where rays meet a surface, in its object space.
 
-    ray: (K,) which of the rays. t: (K,) ray parameter. p, n: (K, 3) point and outward unit normal.
+    ray: (K,) which of the rays. t: (K,) ray parameter. piece: (K,) which of the shape's pieces, 0 for round ones.
+    p, n: (K, 3) point and outward unit normal.
     uv: (K, 2), dpdu, dpdv: (K, 3); None where the surface has no u, v.
     """
 
     ray: Index
     t: F64
+    piece: Index
     p: F64
     n: F64
     uv: F64 | None
@@ -73,7 +75,8 @@ def _sphere(shape: Sphere, origins: F64, dirs: F64) -> Hits:
     p = origins[ray] + t[ray, None] * dirs[ray]
     p *= shape.radius / np.linalg.norm(p, axis=-1, keepdims=True)
     n = p / shape.radius
-    return Hits(ray, t[ray], p, n, mapping.sphere_uv(p), mapping.sphere_dpdu(p), mapping.sphere_dpdv(p))
+    uv, dpdu, dpdv = mapping.sphere_uv(p), mapping.sphere_dpdu(p), mapping.sphere_dpdv(p)
+    return Hits(ray, t[ray], np.zeros_like(ray), p, n, uv, dpdu, dpdv)
 
 
 def _torus(shape: Torus, origins: F64, dirs: F64) -> Hits:
@@ -114,7 +117,7 @@ def _torus(shape: Torus, origins: F64, dirs: F64) -> Hits:
     p = (o + t[:, None] * d)[kept]
     ray, t = ray[kept], (t + middle)[kept] / length[ray[kept]]
     uv, n = mapping.torus_uv(p, big), mapping.torus_normal(p, big)
-    return Hits(ray, t, p, n, uv, mapping.torus_dpdu(p), mapping.torus_dpdv(p, big))
+    return Hits(ray, t, np.zeros_like(ray), p, n, uv, mapping.torus_dpdu(p), mapping.torus_dpdv(p, big))
 
 
 def _depressed_cubic_roots(p: F64, q: F64) -> F64:
@@ -171,7 +174,22 @@ def _triangles(mesh: Mesh, grid: Grid, origins: F64, dirs: F64) -> Hits:
     if n is None:
         n = np.cross(*(mesh.positions[corners[:, i]] - mesh.positions[corners[:, 0]] for i in (1, 2)))
     n = n / np.linalg.norm(n, axis=-1, keepdims=True)
-    return Hits(ray, best_t[ray], p, n, at(mesh.uv), at(mesh.dpdu), at(mesh.dpdv))
+    return Hits(ray, best_t[ray], pieces(mesh)[best[ray]], p, n, at(mesh.uv), at(mesh.dpdu), at(mesh.dpdv))
+
+
+def pieces(mesh: Mesh) -> Index:
+    """(T,) number of the piece each triangle belongs to: triangles that share vertices are one; a hard edge, where
+    vertices are doubled, parts two."""
+    label = np.arange(len(mesh.positions))
+    while True:
+        lowest = label[mesh.triangles].min(axis=1)
+        spread = label.copy()
+        for corner in range(3):
+            np.minimum.at(spread, mesh.triangles[:, corner], lowest)
+        spread = spread[spread]
+        if np.array_equal(spread, label):
+            return np.unique(label[mesh.triangles[:, 0]], return_inverse=True)[1]
+        label = spread
 
 
 def _pairs(mesh: Mesh, grid: Grid) -> Iterator[tuple[Index, Index]]:
@@ -197,4 +215,4 @@ def _on_quad(shape: Quad, hits: Hits) -> Hits:
     corners = np.array(shape.corners, np.float64)
     uv = mapping.inverse_bilinear(hits.p, *corners)
     dpdu, dpdv = mapping.bilinear_dpdu(uv, *corners), mapping.bilinear_dpdv(uv, *corners)
-    return Hits(hits.ray, hits.t, hits.p, hits.n, uv, dpdu, dpdv)
+    return Hits(hits.ray, hits.t, hits.piece, hits.p, hits.n, uv, dpdu, dpdv)

@@ -131,13 +131,13 @@ def inverse_bilinear(
 def bilinear_dpdu(uv: npt.ArrayLike, a: npt.ArrayLike, b: npt.ArrayLike, c: npt.ArrayLike, d: npt.ArrayLike) -> F64:
     """dp/du of the bilinear quad."""
     v = _f64(uv)[..., 1:]
-    return (1 - v) * (_f64(b) - a) + v * (_f64(c) - d)
+    return (1 - v) * (_f64(b) - _f64(a)) + v * (_f64(c) - _f64(d))
 
 
 def bilinear_dpdv(uv: npt.ArrayLike, a: npt.ArrayLike, b: npt.ArrayLike, c: npt.ArrayLike, d: npt.ArrayLike) -> F64:
     """dp/dv of the bilinear quad."""
     u = _f64(uv)[..., :1]
-    return (1 - u) * (_f64(d) - a) + u * (_f64(c) - b)
+    return (1 - u) * (_f64(d) - _f64(a)) + u * (_f64(c) - _f64(b))
 
 
 def barycentric(p_object: npt.ArrayLike, a: npt.ArrayLike, b: npt.ArrayLike, c: npt.ArrayLike) -> F64:

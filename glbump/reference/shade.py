@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +22,10 @@ from glbump.reference.environment import sh9_irradiance
 from glbump.scene import NormalMap, Scene, Surface, check_size
 
 F64 = npt.NDArray[np.float64]
-Look = Callable[[F64], F64]
+Index = npt.NDArray[np.intp]
+
+BACKGROUND, SEVERAL, UNSEEN = -1, -2, -3
+PIECES = 1 << 32
 
 _RAYS = 1 << 18
 """Rays cast at once; bounds the memory."""
@@ -41,19 +43,24 @@ def render(
 
     samples: a pixel, a square number, on a regular grid; each reads the maps bilinearly at level 0, their mean is
     the pixel (linear light, box filter). quality: its gloss_size and gloss_samples say which roughness chain is
-    read. contents: maps already read. Returns a Frame of float32 pixels; errors as `glbump.render`.
+    read. contents: maps already read. Errors as `glbump.render`.
+    Returns a Frame of float32 pixels; its stats["surface"] (H, W) says what all samples of a pixel see: PIECES times
+    the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these.
     """
     started = time.perf_counter()
     width, height = check_size(size)
     shader = _Shader(scene, quality if isinstance(quality, Quality) else Quality(quality), contents or Contents())
     total = np.zeros((height, width, 4))
+    seen = np.full((height, width), UNSEEN)
     rows = max(1, _RAYS // width)
     for offset in sample_offsets(samples):
         origins, dirs = pixel_rays(scene.camera, (width, height), offset)
         for top in range(0, height, rows):
             band = slice(top, min(top + rows, height))
             places = [_places(scene, i, mesh, (width, height), offset, top) for i, mesh in enumerate(shader.meshes)]
-            total[band] += shader.shade(origins[band], dirs[band], places)
+            light, index = shader.shade(origins[band], dirs[band], places)
+            total[band] += light
+            seen[band] = np.where((seen[band] == UNSEEN) | (seen[band] == index), index, SEVERAL)
     total /= samples
     alpha = total[..., 3:]
     total[..., :3] = np.divide(total[..., :3], alpha, out=np.zeros_like(total[..., :3]), where=alpha > 0)
@@ -61,6 +68,7 @@ def render(
         "backend": "reference",
         "renderer": "NumPy float64",
         "samples": samples,
+        "surface": seen,
         "ms": {"all": 1e3 * (time.perf_counter() - started)},
     }
     return Frame(total.astype(np.float32), stats)
@@ -100,12 +108,13 @@ class _Shader:
         sample = panorama.sample if isinstance(self.picture, Panorama) else cube.sample
         return self.exposure * sample(self.picture, dir_env)  # type: ignore[arg-type]
 
-    def shade(self, origins: F64, dirs: F64, places: list[F64]) -> F64:
-        """(H, W, 4) radiance and coverage, colour times coverage, of a band of rays (H, W, 3)."""
+    def shade(self, origins: F64, dirs: F64, places: list[F64]) -> tuple[F64, Index]:
+        """(H, W, 4) colour times coverage, and coverage, of a band of rays (H, W, 3); (H, W) surface seen."""
         height, width = dirs.shape[:2]
         origins, dirs = origins.reshape(-1, 3), dirs.reshape(-1, 3)
         out = np.zeros((len(dirs), 4))
         nearest = np.full(len(dirs), np.inf)
+        seen = np.full(len(dirs), BACKGROUND)
         hits: list[Hits] = []
         for surface, mesh, place in zip(self.scene.surfaces, self.meshes, places):
             to_object = np.linalg.inv(surface.transform.matrix())
@@ -117,13 +126,14 @@ class _Shader:
             front = np.flatnonzero(hit.t <= nearest[hit.ray])
             out[hit.ray[front], :3] = self._surface(index, hit, front, dirs[hit.ray[front]])
             out[hit.ray[front], 3] = 1.0
+            seen[hit.ray[front]] = PIECES * index + hit.piece[front]
         empty = np.isinf(nearest)
         if self.scene.environment.background and empty.any():
             out[empty, :3] = self.environment(dirs[empty] @ self.env_from_world.T)
             out[empty, 3] = 1.0
-        return out.reshape(height, width, 4)
+        return out.reshape(height, width, 4), seen.reshape(height, width)
 
-    def _surface(self, index: int, hit: Hits, front: npt.NDArray[np.intp], dirs: F64) -> F64:
+    def _surface(self, index: int, hit: Hits, front: Index, dirs: F64) -> F64:
         """Light (K, 3) from the hits `front` of surface `index` along dirs (K, 3)."""
         surface = self.scene.surfaces[index]
         linear = self.env_from_world @ surface.transform.matrix()[:3, :3]
@@ -136,7 +146,7 @@ class _Shader:
         n_env = np.where(behind[:, None], -n_env, n_env)
         return self._light(surface, dir_env, n_env)
 
-    def _bent(self, index: int, hit: Hits, front: npt.NDArray[np.intp], n_env: F64, linear: F64) -> F64:
+    def _bent(self, index: int, hit: Hits, front: Index, n_env: F64, linear: F64) -> F64:
         surface, slopes = self.scene.surfaces[index], self.slopes[index]
         bump = surface.bump
         if hit.uv is None or hit.dpdu is None or hit.dpdv is None or bump is None or slopes is None:

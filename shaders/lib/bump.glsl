@@ -15,6 +15,14 @@ vec3 surface_gradient(vec3 n, vec3 dpdu, vec3 dpdv, vec2 slope) {
     return (slope.x / len_u * cross(tv, n) + slope.y / len_v * cross(n, tu)) / j;
 }
 
+// The same where dp/du and dp/dv are at right angles and in the tangent plane, as on a sphere or a torus that is
+// not stretched: each partial derivative has its own direction. Zero along one that has no length.
+vec3 orthogonal_gradient(vec3 dpdu, vec3 dpdv, vec2 slope) {
+    float uu = dot(dpdu, dpdu);
+    float vv = dot(dpdv, dpdv);
+    return (uu > 1e-36 ? slope.x / uu : 0.0) * dpdu + (vv > 1e-36 ? slope.y / vv : 0.0) * dpdv;
+}
+
 // The bent normal, unit length. A slope past 1e18 would overflow the dot product: the largest component is
 // divided out first.
 vec3 bump_normal(vec3 n, vec3 gradient) {

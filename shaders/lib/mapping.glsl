@@ -3,14 +3,13 @@
 
 const float PI = 3.14159265358979323846;
 
-// Ray parameter from `p_object`, a point on the ray near the sphere, to the sphere's near side.
-// dir_object: unit length. c is small because p is near, so nothing cancels at any distance of the eye.
-// A ray that passes outside goes to its closest point.
+// Ray parameter from `p_object`, a point on the ray near the sphere, to where the ray enters it; where it passes
+// outside, to its closest point. dir_object: unit length. With p near the sphere nothing large cancels, at any
+// distance of the eye: the error is some 2e-7 of the radius, divided by the cosine of incidence.
 float sphere_step(vec3 p_object, vec3 dir_object, float radius) {
     float b = dot(p_object, dir_object);
-    float c = (length(p_object) - radius) * (length(p_object) + radius);
-    float root = sqrt(max(b * b - c, 0.0));
-    return b < 0.0 ? c / max(root - b, 1e-30) : -root - b;
+    float c = dot(p_object, p_object) - radius * radius;
+    return -b - sqrt(max(b * b - c, 0.0));
 }
 
 vec2 sphere_uv(vec3 p_object) {
