@@ -1,0 +1,235 @@
+"""Cube maps: the OpenGL face table, solid angles, and float64 look-ups that know no seam.
+
+Faces +X -X +Y -Y +Z -Z; on each, s runs right and t down, 0..1 (OpenGL 4.6 core, table 8.19). Texel centres
+lie at half texels, except in OpenEXR cubes, whose outermost samples lie on the border of the face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.errors import ImageError, unknown
+
+if TYPE_CHECKING:
+    from glbump.maps.images import Picture
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+FACES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
+
+# Per face: the major axis, the axis along s and the axis along t, as vectors.
+_MAJOR = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)
+_ALONG_S = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0]], np.float64)
+_ALONG_T = np.array([[0, -1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [0, -1, 0], [0, -1, 0]], np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class CubeFaces:
+    """Six faces by the OpenGL table.
+
+    pixels: (6, N, N, 3) float32, linear light. border: an OpenEXR cube, whose outermost samples lie on the
+    border of the face; a direction looks there with both minor components times (N - 1) / N.
+    """
+
+    pixels: F32
+    border: bool = False
+
+    @cached_property
+    def _padded(self) -> F32:
+        return pad(self.pixels)
+
+
+def cube_from_picture(picture: Picture | Sequence[Picture], orientation: str = "opengl") -> CubeFaces:
+    """Six square pictures, or one column of six faces, as CubeFaces.
+
+    orientation: "opengl", or "inside" for pictures of what one sees from inside, as OpenEXR lays its cubes; a
+    picture whose header says `envmap = cube` decides by itself. ImageError for any other layout.
+    """
+    if isinstance(picture, Sequence):
+        return _cube_from_six(picture, orientation)
+    pixels, name = picture.pixels, picture.name
+    if picture.envmap == "latlong":
+        raise ImageError(f'{name}: the header says it is a lat-long picture, not a cube; use kind = "lat-long"')
+    height, width = pixels.shape[:2]
+    if height != 6 * width:
+        raise ImageError(
+            f"{name}: a cube map in one picture must be a column of six square faces, {' '.join(FACES)} from "
+            f"the top, so six times as high as wide; got {width}x{height}; give such a column, or six pictures"
+        )
+    border = picture.envmap == "cube"
+    if border and width < 2:
+        raise ImageError(f"{name}: an OpenEXR cube must have faces of at least 2x2 samples; got 1x1")
+    return CubeFaces(_oriented(pixels.reshape(6, width, width, -1), "inside" if border else orientation), border)
+
+
+def _cube_from_six(pictures: Sequence[Picture], orientation: str) -> CubeFaces:
+    if len(pictures) != 6:
+        raise ImageError(f"a cube map needs six pictures, {' '.join(FACES)}; got {len(pictures)}")
+    first = pictures[0]
+    for face, picture in zip(FACES, pictures, strict=True):
+        height, width = picture.pixels.shape[:2]
+        if height != width:
+            raise ImageError(f"{picture.name}: face {face} of a cube map must be square; got {width}x{height}; crop it")
+        if picture.pixels.shape != first.pixels.shape:
+            raise ImageError(
+                f"{picture.name}: face {face} is {width}x{width} but face +X, {first.name}, is "
+                f"{first.pixels.shape[1]}x{first.pixels.shape[0]}; all six must have one size"
+            )
+    return CubeFaces(_oriented(np.stack([picture.pixels for picture in pictures]), orientation))
+
+
+def _oriented(faces: npt.NDArray[Any], orientation: str) -> F32:
+    """Faces as the OpenGL table has them; seen from inside, sides are mirrored in s, top and bottom in t."""
+    if orientation == "inside":
+        faces = np.stack([face[::-1] if 2 <= i < 4 else face[:, ::-1] for i, face in enumerate(faces)])
+    elif orientation != "opengl":
+        raise ImageError(unknown("orientation of cube faces", orientation, ("opengl", "inside")))
+    return np.ascontiguousarray(faces, np.float32)
+
+
+def face_dir(face: npt.ArrayLike, s: npt.ArrayLike, t: npt.ArrayLike) -> F64:
+    """Directions (..., 3) float64, not normalised (largest component 1), of points s, t in 0..1 on `face`."""
+    f = np.asarray(face)
+    a, b = (2 * np.asarray(c, np.float64)[..., None] - 1 for c in (s, t))
+    result: F64 = _MAJOR[f] + a * _ALONG_S[f] + b * _ALONG_T[f]
+    return result
+
+
+def face_of(dir: npt.ArrayLike) -> tuple[Index, F64, F64]:
+    """Face number and s, t in 0..1 of directions (..., 3), any length; ties go to x before y before z.
+
+    The zero vector has no direction; it counts as the centre of +X, so that it is nowhere an accident.
+    """
+    d = np.asarray(dir, np.float64)
+    x, y, z = d[..., 0], d[..., 1], d[..., 2]
+    ax, ay, az = np.abs(x), np.abs(y), np.abs(z)
+    on_x = (ax >= ay) & (ax >= az)
+    on_y = ~on_x & (ay >= az)
+    major = np.where(on_x, x, np.where(on_y, y, z))
+    negative = major < 0
+    length = np.abs(major)
+    length = np.where(length > 0, length, 1.0)
+    # The table, in the form s = x or z, t = y or z, with the major axis' sign where it depends on it.
+    a = np.where(on_x, -z, x)
+    a = np.where(negative & ~on_y, -a, a)
+    b = np.where(on_y, np.where(negative, -z, z), -y)
+    face = np.where(on_x, 0, np.where(on_y, 2, 4)) + negative
+    return face, 0.5 + 0.5 * (a / length), 0.5 + 0.5 * (b / length)
+
+
+def _centres(n: int) -> F64:
+    return (np.arange(n) + 0.5) / n
+
+
+def texel_directions(n: int) -> F64:
+    """(6, n, n, 3) float64 unit directions of the texel centres: [face, row t, column s]."""
+    c = _centres(n)
+    dirs = face_dir(np.arange(6)[:, None, None], c[None, None, :], c[None, :, None])
+    dirs /= np.linalg.norm(dirs, axis=-1, keepdims=True)
+    return dirs
+
+
+def solid_angles(n: int, *, border: bool = False) -> F64:
+    """(n, n) float64 solid angles of one face's texels, in steradians; 4 pi / 6 in all.
+
+    border: of the samples of an OpenEXR cube; of the outermost only one half is on the face.
+
+    Each texel is two triangles, each triangle 2 atan2(a.(b x c), |a||b||c| + (a.b)|c| + (b.c)|a| + (c.a)|b|)
+    (Van Oosterom and Strackee 1983). The triple product is exactly the texel's area on the plane, so nothing
+    cancels and only rounding is left at any n; the usual four-atan form loses half its digits at n = 16384.
+    """
+    edge = 2 * np.arange(n + 1) / n - 1
+    if border:
+        edge = np.clip(edge * (n / (n - 1)), -1, 1)
+    x, y = np.broadcast_arrays(edge[None, :], edge[:, None])
+    length = np.sqrt(1 + x * x + y * y)
+    area = np.diff(edge)[None, :] * np.diff(edge)[:, None]
+    a, b, c, d = (np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1], np.s_[1:, 1:])
+
+    def dot(p: tuple[slice, slice], q: tuple[slice, slice]) -> F64:
+        result: F64 = 1 + x[p] * x[q] + y[p] * y[q]
+        return result
+
+    def triangle(p: tuple[slice, slice], q: tuple[slice, slice], r: tuple[slice, slice]) -> F64:
+        lp, lq, lr = length[p], length[q], length[r]
+        volume = lp * lq * lr + dot(p, q) * lr + dot(q, r) * lp + dot(r, p) * lq
+        result: F64 = 2 * np.arctan2(area, volume)
+        return result
+
+    return triangle(a, b, c) + triangle(d, c, b)
+
+
+def pad(faces: F32) -> F32:
+    """(6, N, N, C) with a border of one texel, (6, N + 2, N + 2, C): the neighbouring faces' texels, and at
+    the corners, where no texel is, the mean of the three that meet there, as seamless cube maps have it."""
+    n = faces.shape[1]
+    texels = faces.reshape(6 * n * n, -1)
+    padded = np.empty((6, n + 2, n + 2, texels.shape[1]), np.float32)
+    padded[:, 1:-1, 1:-1] = faces
+    face, along = np.arange(6)[:, None], _centres(n)[None, :]
+    # Half a texel outside one face lies inside the texel of its neighbour that shares the edge.
+    before, after = np.full((1, 1), -0.5 / n), np.full((1, 1), 1 + 0.5 / n)
+    for where, s, t in (
+        (np.s_[:, 0, 1:-1], along, before),
+        (np.s_[:, -1, 1:-1], along, after),
+        (np.s_[:, 1:-1, 0], before, along),
+        (np.s_[:, 1:-1, -1], after, along),
+    ):
+        other, column, row = face_of(face_dir(face, s, t))
+        i, j = (np.minimum((c * n).astype(np.intp), n - 1) for c in (row, column))
+        padded[where] = texels[(other * n + i) * n + j]
+    for i, inner_i in ((0, 1), (-1, -2)):
+        for j, inner_j in ((0, 1), (-1, -2)):
+            three = padded[:, inner_i, inner_j], padded[:, i, inner_j], padded[:, inner_i, j]
+            padded[:, i, j] = np.mean(three, axis=0, dtype=np.float64)
+    return padded
+
+
+def _bilinear(texels: F32, origin: Index | int, n: npt.ArrayLike, face: Index, s: F64, t: F64) -> F64:
+    """Bilinear values (..., C) from padded faces of n x n texels that begin at row `origin` of `texels`."""
+    size = np.asarray(n)
+    x, y = s * size + 0.5, t * size + 0.5
+    left, top = np.floor(x), np.floor(y)
+    a, b = (x - left)[..., None], (y - top)[..., None]
+    width = size + 2
+    first = origin + (face * width + top.astype(np.intp)) * width + left.astype(np.intp)
+    upper = texels.take(first, axis=0) * (1 - a) + texels.take(first + 1, axis=0) * a
+    lower = texels.take(first + width, axis=0) * (1 - a) + texels.take(first + width + 1, axis=0) * a
+    result: F64 = upper * (1 - b) + lower * b
+    return result
+
+
+def sample(cube: CubeFaces, dir: npt.ArrayLike) -> F64:
+    """Radiance (..., 3) float64 in directions (..., 3): bilinear and seamless across edges and corners."""
+    n = cube.pixels.shape[1]
+    face, s, t = face_of(dir)
+    if cube.border:
+        s, t = (0.5 + (c - 0.5) * ((n - 1) / n) for c in (s, t))
+    return _bilinear(cube._padded.reshape(-1, cube.pixels.shape[-1]), 0, n, face, s, t)
+
+
+def sample_levels(levels: Sequence[F32], dir: npt.ArrayLike, lod: npt.ArrayLike) -> F64:
+    """Radiance (..., 3) float64: trilinear and seamless in a list of levels (6, n, n, 3), finest first.
+
+    lod: level of detail, broadcast against the directions, clamped to the levels there are; its fraction is
+    the weight of the coarser of the two levels it lies between.
+    """
+    padded = [pad(level) for level in levels]
+    texels = np.concatenate([level.reshape(-1, level.shape[-1]) for level in padded])
+    sizes = np.array([level.shape[1] for level in levels])
+    origins = np.cumsum([0] + [level.shape[0] * level.shape[1] ** 2 for level in padded[:-1]])
+    face, s, t = face_of(dir)
+    detail = np.clip(np.broadcast_to(np.asarray(lod, np.float64), s.shape), 0, len(levels) - 1)
+    fine = np.minimum(detail.astype(np.intp), len(levels) - 1)
+    coarse = np.minimum(fine + 1, len(levels) - 1)
+    weight = (detail - fine)[..., None]
+    near, far = (_bilinear(texels, origins[level], sizes[level], face, s, t) for level in (fine, coarse))
+    return near * (1 - weight) + far * weight
