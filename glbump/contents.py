@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from glbump.errors import ImageError
 from glbump.maps.cube import CubeFaces, cube_from_picture
 from glbump.maps.panorama import Panorama, panorama_from_picture
-from glbump.mesh import Mesh, tessellate
+from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
 from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, picture_of
 from glbump.shapes import MeshFile, Shape
 
@@ -121,26 +120,31 @@ class Contents:
         result: F32 = self._get(bump_key(bump), lambda: _slopes(bump))
         return result
 
-    def mesh(self, shape: Shape, segments: int) -> Mesh:
-        """The shape's triangles."""
-        result: Mesh = self._get(("mesh", shape_key(shape), segments), lambda: tessellate(shape, segments))
+    def mesh(self, shape: Shape, segments: int = SEGMENTS[0]) -> Mesh:
+        """The shape's triangles; a mesh file's are its own, whatever the segments."""
+        key = ("mesh", shape_key(shape), None if isinstance(shape, MeshFile) else segments)
+        result: Mesh = self._get(key, lambda: tessellate(shape, segments))
+        return result
+
+    def bounds(self, shape: Shape) -> npt.NDArray[np.float64]:
+        """(2, 3): lowest and highest corner of the box round the shape, in its own space."""
+        result: npt.NDArray[np.float64] = self._get(
+            ("bounds", shape_key(shape)), lambda: bounds(self.mesh(shape) if isinstance(shape, MeshFile) else shape)
+        )
         return result
 
 
 def _read(environment: Environment) -> Panorama | CubeFaces:
-    from glbump.maps.images import Picture, read_colour
+    from glbump.maps.images import read_colour
 
     if isinstance(environment, LatLong):
         return panorama_from_picture(read_colour(picture_of(environment.image)))
-    if isinstance(environment.image, tuple):
-        return cube_from_picture([read_colour(picture_of(face)) for face in environment.image], environment.orientation)
-    if isinstance(environment.image, ArrayImage) and environment.image.pixels.ndim == 4:
-        pixels = environment.image.pixels
-        if not np.isfinite(pixels).all():
-            bad = int(np.count_nonzero(~np.isfinite(pixels)))
-            raise ImageError(f"array {pixels.shape}: {bad} values are NaN or infinite; replace them first")
-        return cube_from_picture(Picture(pixels, 32, True, None, f"array {pixels.shape}"), environment.orientation)
-    return cube_from_picture(read_colour(picture_of(environment.image)), environment.orientation)
+    image = environment.image
+    if isinstance(image, ArrayImage) and image.pixels.ndim == 4:
+        image = tuple(ArrayImage(face) for face in image.pixels)
+    if isinstance(image, tuple):
+        return cube_from_picture([read_colour(picture_of(face)) for face in image], environment.orientation)
+    return cube_from_picture(read_colour(picture_of(image)), environment.orientation)
 
 
 def _slopes(bump: Bump | NormalMap) -> F32:

@@ -105,6 +105,8 @@ def make_plan(
     texture_format = _float_if_too_bright("texture format", quality.texture_format, peak, note)
     frame_format = _float_if_too_bright("frame format", quality.frame_format, bright, note)
     shared, cube_size = _environment(scene, quality, size, contents, capabilities, note)
+    for i, surface in enumerate(scene.surfaces):
+        _require_uv(i, surface, contents)
     surfaces = tuple(
         _surface(i, surface, scene, quality, size, shared, note) for i, surface in enumerate(scene.surfaces)
     )
@@ -135,6 +137,15 @@ def make_plan(
         surfaces=surfaces,
         choices=tuple(choices),
     )
+
+
+def _require_uv(index: int, surface: Surface, contents: Contents) -> None:
+    shape = surface.shape
+    if surface.bump is not None and isinstance(shape, MeshFile) and contents.mesh(shape).uv is None:
+        raise SceneError(
+            f"surface {index}: {shape.path} has no texture coordinates, and bumps need them; "
+            "unwrap the mesh, or leave out bump"
+        )
 
 
 def _float_if_too_bright(what: str, wanted: str, largest: float, note: Note) -> str:
@@ -296,17 +307,9 @@ def _world_bounds(scene: Scene, contents: Contents) -> np.ndarray[tuple[int, ...
     """(N, 2, 3): the box round each surface, in the world."""
     boxes = []
     for surface in scene.surfaces:
-        shape = surface.shape
-        low, high = bounds(contents.mesh(shape, 3) if isinstance(shape, MeshFile) else shape)
+        low, high = contents.bounds(surface.shape)
         corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
         matrix = surface.transform.matrix()
         world = corners @ matrix[:3, :3].T + matrix[:3, 3]
         boxes.append([world.min(axis=0), world.max(axis=0)])
     return np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
-
-
-def check_uv(surface: Surface, has_uv: bool) -> None:
-    """SceneError when a surface carries bumps but has no u,v to place them by."""
-    if surface.bump is not None and not has_uv:
-        path = surface.shape.path if isinstance(surface.shape, MeshFile) else "the shape"
-        raise SceneError(f"{path}: bumps need texture coordinates, and this mesh has none; unwrap it, or remove bump")

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from glbump.gl.context import Context, open_context
+from glbump.gl.renderer import Renderer
 
 
 @pytest.fixture(scope="session")
@@ -27,3 +28,10 @@ def gl_error_state(request: pytest.FixtureRequest) -> Iterator[None]:
     yield
     opened.check("look for GL errors")
     assert opened.gl.error == "GL_NO_ERROR"
+
+
+@pytest.fixture(scope="session")
+def renderer(context: Context) -> Iterator[Renderer]:
+    """The one renderer of the test run, in the one context."""
+    with Renderer(context=context) as opened:
+        yield opened

@@ -36,8 +36,12 @@ class Renderer:
     can be had. Programs, textures and targets are kept between frames and freed when other scenes need the room.
     """
 
-    def __init__(self, backend: str = "auto", device: int | None = None) -> None:
-        self.context: Context = open_context(backend, device)
+    def __init__(
+        self, backend: str = "auto", device: int | None = None, *, context: Context | None = None
+    ) -> None:
+        """context: one that is open already, and stays its owner's to release."""
+        self.context = context or open_context(backend, device)
+        self._owns_context = context is None
         self.contents = Contents()
         self._store = Store(self.context, self.contents)
         self._programs: dict[Hashable, Uniforms] = {}
@@ -52,7 +56,7 @@ class Renderer:
         self.release()
 
     def release(self) -> None:
-        """Free everything on the GPU, the context included. A second call does nothing."""
+        """Free everything on the GPU, the context included if it is its own. A second call does nothing."""
         if self._targets is not None:
             self._targets[1].release()
             self._targets = None
@@ -60,7 +64,8 @@ class Renderer:
         for uniforms in self._programs.values():
             uniforms.release()
         self._programs.clear()
-        self.context.release()
+        if self._owns_context:
+            self.context.release()
 
     def plan(self, scene: Scene, size: tuple[int, int] = (512, 512), quality: str | Quality = "balanced") -> Plan:
         """What `render` would draw, and why so."""

@@ -98,7 +98,7 @@ class _Shader:
         self.exposure = 2.0**environment.exposure
         self.env_from_world = environment.env_from_world()
         # Round shapes are cast by formula; their mesh is never looked at.
-        self.meshes = [contents.mesh(surface.shape, 8) for surface in scene.surfaces]
+        self.meshes = [contents.mesh(surface.shape) for surface in scene.surfaces]
         self.slopes = [
             contents.slopes(surface.bump)[::-1] if surface.bump is not None else None for surface in scene.surfaces
         ]
