@@ -10,12 +10,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from glbump.glsltest.glsl import Function as Function
     from glbump.glsltest.glsl import Glsl as Glsl
-    from glbump.glsltest.glsl import Module as Module
+    from glbump.glsltest.module import Function as Function
+    from glbump.glsltest.module import Module as Module
     from glbump.glsltest.samplers import Sampler as Sampler
 
-_PUBLIC = {"Function": "glsl", "Glsl": "glsl", "Module": "glsl", "Sampler": "samplers"}
+_PUBLIC = {"Function": "module", "Glsl": "glsl", "Module": "module", "Sampler": "samplers"}
 __all__ = ["Function", "Glsl", "Module", "Sampler"]
 
 

@@ -169,11 +169,11 @@ def results_of(plan: Plan, columns: Sequence[npt.NDArray[np.uint32]], lead: tupl
     return values[0] if len(values) == 1 else tuple(values) or None
 
 
-def _unpacked(raw: npt.NDArray[np.uint32], column: Column, lead: tuple[int, ...]) -> Array:
+def _unpacked(raw: Array, column: Column, lead: tuple[int, ...]) -> Array:
     if column.dtype == np.bool_:
-        return (raw != 0).reshape((*lead, *column.shape))
-    view: Array = raw.view(column.dtype).reshape((*lead, *column.shape))
-    return view
+        raw = np.not_equal(raw, 0)
+    made: Array = raw.view(column.dtype).reshape((*lead, *column.shape))
+    return made
 
 
 def _assembled(leaves: Mapping[tuple[str, ...], Array]) -> Any:
