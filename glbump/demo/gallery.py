@@ -1,0 +1,228 @@
+"""What the gallery shows, and writing it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from glbump.camera import Camera
+from glbump.demo import knot, letters, panorama, relief
+from glbump.errors import SceneError, unknown
+from glbump.maps.files import write_atomically, write_display, write_picture
+from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
+from glbump.shapes import Cube, MeshFile, Plane, Sphere, Torus, Transform
+
+CHROME = Material(metallic=1, roughness=0)
+GOLD = Material(base_color=(1.0, 0.71, 0.29), metallic=1, roughness=0.12)
+COPPER = Material(base_color=(0.95, 0.49, 0.32), metallic=1, roughness=0.15)
+
+
+@dataclass(frozen=True)
+class Exhibit:
+    """One picture of the gallery. scene: made when the folder of its maps is known."""
+
+    name: str
+    title: str
+    scene: Callable[[Path], Scene]
+    size: tuple[int, int] = (640, 640)
+    exposure: float = 0.4
+
+
+def _evening(maps: Path, **options: object) -> LatLong:
+    return replace(LatLong(maps / "evening.exr"), **options)  # type: ignore[arg-type]
+
+
+def _mirror_ball(maps: Path) -> Scene:
+    return Scene([Surface(Sphere(), CHROME)], _evening(maps), Camera(eye=(0, 0.25, 3.5), fov=45))
+
+
+def _normal_lookup(maps: Path) -> Scene:
+    return replace(_mirror_ball(maps), environment=_evening(maps, lookup="normal"))
+
+
+def _brick_ball(maps: Path) -> Scene:
+    bump = Bump(maps / "bricks.exr", amplitude=0.045, repeat=(4, 2))
+    return Scene([Surface(Sphere(), CHROME, bump)], _evening(maps), Camera(eye=(0, 0.25, 3.5), fov=45))
+
+
+def _golf_ball(maps: Path) -> Scene:
+    material = Material(base_color=(0.86, 0.86, 0.84), roughness=0.25)
+    bump = Bump(maps / "dimples.exr", amplitude=0.035, repeat=(3.0, 1.5))
+    return Scene([Surface(Sphere(), material, bump)], _evening(maps), Camera(eye=(0, 0.25, 3.5), fov=45))
+
+
+def _brick_torus(maps: Path) -> Scene:
+    bump = Bump(maps / "bricks.exr", amplitude=0.03, repeat=(6, 2))
+    turned = Transform(rotate=(58, 0, 14))
+    return Scene([Surface(Torus(1.0, 0.42), GOLD, bump, turned)], _evening(maps), Camera(eye=(0, 0.2, 3.9), fov=45))
+
+
+def _quilted_cube(maps: Path) -> Scene:
+    bump = NormalMap(maps / "quilt.png", repeat=(1, 1))
+    material = Material(base_color=(0.93, 0.93, 0.96), metallic=1, roughness=0.18)
+    turned = Transform(rotate=(24, -38, 0), scale=0.82)
+    return Scene([Surface(Cube(), material, bump, turned)], _evening(maps), Camera(eye=(0, 0.2, 3.9), fov=45))
+
+
+def _lake(maps: Path) -> Scene:
+    water = Material(base_color=(0.006, 0.016, 0.020), roughness=0.0, ior=1.33)
+    bump = Bump(maps / "waves.exr", amplitude=0.10, repeat=(14, 14))
+    surface = Surface(Plane((60, 60)), water, bump, Transform(translate=(0, -0.55, -22)))
+    camera = Camera(eye=(0, 0.15, 4), target=(0, 0.12, -4), fov=42)
+    return Scene([surface], _evening(maps), camera)
+
+
+def _trefoil(maps: Path) -> Scene:
+    bump = Bump(maps / "weave.exr", amplitude=0.035, repeat=(5, 0.5))
+    surface = Surface(MeshFile(maps / "knot.obj"), COPPER, bump, Transform(rotate=(0, -18, 0)))
+    return Scene([surface], _evening(maps), Camera(eye=(0, 0.2, 4.0), fov=45))
+
+
+def _row(materials: Iterable[Material], spacing: float = 1.12) -> list[Surface]:
+    """Balls side by side."""
+    row = list(materials)
+    return [
+        Surface(Sphere(0.5), m, transform=Transform(translate=(spacing * (i - (len(row) - 1) / 2), 0, 0)))
+        for i, m in enumerate(row)
+    ]
+
+
+def _metals(maps: Path) -> Scene:
+    row = _row(replace(GOLD, roughness=i / 6) for i in range(7))
+    return Scene(row, _evening(maps), Camera(eye=(0, 0.5, 7.0), fov=16))
+
+
+def _dielectrics(maps: Path) -> Scene:
+    colours = (
+        (0.70, 0.04, 0.03),
+        (0.80, 0.33, 0.02),
+        (0.55, 0.55, 0.04),
+        (0.04, 0.36, 0.10),
+        (0.02, 0.22, 0.45),
+        (0.10, 0.06, 0.40),
+        (0.02, 0.02, 0.02),
+    )
+    row = _row(Material(base_color=c, roughness=0.6 * (1 - i / 6)) for i, c in enumerate(colours))
+    return Scene(row, _evening(maps), Camera(eye=(0, 0.5, 7.0), fov=16))
+
+
+def _ringed(maps: Path) -> Scene:
+    rock = Bump(maps / "stone.exr", amplitude=0.06, repeat=(4, 2))
+    planet = Surface(Sphere(0.8), Material(base_color=(0.48, 0.26, 0.16), roughness=0.55), rock)
+    ring = Surface(Torus(1.35, 0.09), CHROME, transform=Transform(rotate=(20, 0, -16)))
+    return Scene([planet, ring], _evening(maps), Camera(eye=(0, 0.6, 3.9), fov=45))
+
+
+def _orthographic(maps: Path) -> Scene:
+    chrome = replace(CHROME, roughness=0.05)
+    leather = NormalMap(maps / "quilt.png", scale=0.7)
+    red = Material(base_color=(0.42, 0.03, 0.03), roughness=0.3)
+    blue = Material(base_color=(0.05, 0.14, 0.40), roughness=0.2)
+    dimpled = Bump(maps / "dimples.exr", amplitude=0.03, repeat=(2.5, 1.25))
+    surfaces = [
+        Surface(Cube((1.2, 1.2, 1.2)), red, leather, Transform(translate=(-1.0, 0, 1.0))),
+        Surface(Sphere(0.66), chrome, transform=Transform(translate=(0.95, 0.06, 1.0))),
+        Surface(Sphere(0.66), blue, dimpled, Transform(translate=(-1.0, 0.06, -0.95))),
+        Surface(Torus(0.5, 0.2), GOLD, transform=Transform(translate=(0.95, 0, -0.95), rotate=(0, 0, 0))),
+    ]
+    camera = Camera(eye=(5, 4.2, 5), target=(0, -0.1, 0), projection="orthographic", height=4.4)
+    return Scene(surfaces, _evening(maps), camera)
+
+
+def _axes(maps: Path) -> Scene:
+    environment = CubeMap(maps / "axes.png", orientation="inside")
+    return Scene([Surface(Sphere(1.3), CHROME)], environment, Camera(eye=(0.9, 0.5, 3.0), target=(0.1, 0.1, 0), fov=95))
+
+
+EXHIBITS = (
+    Exhibit("brick-ball", "Heights of bricks on a chrome ball: the normals are bent, the outline stays", _brick_ball),
+    Exhibit("mirror-ball", "A mirror: each pixel is the environment along the reflection vector", _mirror_ball),
+    Exhibit("normal-lookup", "The same ball, looked up by its normal instead", _normal_lookup),
+    Exhibit("brick-torus", "A ring of gold bricks", _brick_torus),
+    Exhibit("quilted-cube", "A normal map on a brushed metal cube", _quilted_cube),
+    Exhibit("trefoil", "A mesh file: a knot of woven copper", _trefoil),
+    Exhibit("golf-ball", "Dimples in glossy white lacquer", _golf_ball),
+    Exhibit("ringed-stone", "Two surfaces: rough stone in a chrome ring", _ringed),
+    Exhibit("lake", "A bumped plane at a grazing angle: ripples on water", _lake, (960, 540)),
+    Exhibit("metals", "Gold, roughness 0 to 1", _metals, (1120, 240)),
+    Exhibit("dielectrics", "Lacquer, roughness 0.6 to 0", _dielectrics, (1120, 240)),
+    Exhibit("orthographic", "An orthographic camera: parallel edges stay parallel", _orthographic),
+    Exhibit("axes", "A cube map with its axes written on it, and what a mirror shows of them", _axes, exposure=0.0),
+)
+
+
+def chosen(names: Iterable[str] = ()) -> tuple[Exhibit, ...]:
+    """The exhibits of these names; all of them for none. SceneError for a name that is not there."""
+    by_name = {exhibit.name: exhibit for exhibit in EXHIBITS}
+    for name in names:
+        if name not in by_name:
+            raise SceneError(unknown("picture of the gallery", name, by_name))
+    return tuple(by_name[name] for name in names) or EXHIBITS
+
+
+_MAPS: dict[str, Callable[[Path], None]] = {
+    "evening.exr": lambda path: write_picture(path, panorama.evening().astype(np.float16)),
+    "bricks.exr": lambda path: write_picture(path, relief.bricks()),
+    "dimples.exr": lambda path: write_picture(path, relief.dimples()),
+    "waves.exr": lambda path: write_picture(path, relief.waves()),
+    "stone.exr": lambda path: write_picture(path, relief.stone()),
+    "weave.exr": lambda path: write_picture(path, relief.weave()),
+    "quilt.png": lambda path: write_display(path, relief.normals(relief.quilt(), 0.10), srgb=False),
+    "axes.png": lambda path: write_picture(path, letters.axes()),
+    "knot.obj": lambda path: write_atomically(path, knot.knot().encode()),
+}
+
+
+def maps_of(scene: Scene) -> set[str]:
+    """Names of the files that a scene reads."""
+    pictures: list[object] = [scene.environment.image]
+    for surface in scene.surfaces:
+        pictures.append(getattr(surface.bump, "height", None) or getattr(surface.bump, "normal_map", None))
+        pictures.append(getattr(surface.shape, "path", None))
+    return {picture.name for picture in pictures if isinstance(picture, Path)}
+
+
+def write_maps(folder: Path, names: Iterable[str] = tuple(_MAPS)) -> None:
+    """Compute maps of these names and write them into `folder`, which is made where it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        _MAPS[name](folder / name)
+
+
+class Saved(Protocol):
+    """A frame, as far as the gallery needs it."""
+
+    def save(self, path: Path, *, tone: str = "clip", exposure: float = 0.0) -> None: ...
+
+
+class Draw(Protocol):
+    """`Renderer.render`."""
+
+    def __call__(self, scene: Scene, size: tuple[int, int], quality: str, /) -> Saved: ...
+
+
+def write_gallery(
+    folder: Path, exhibits: Iterable[Exhibit], draw: Draw, quality: str = "balanced"
+) -> Iterator[tuple[Path, Exhibit]]:
+    """Draw exhibits into `folder` as NAME.png, each also as scenes/NAME.toml with its maps beside it.
+
+    Yields (path of the picture, exhibit) after each. Raises GlbumpError kinds, and OSError where the folder cannot
+    be made.
+    """
+    from glbump.scenefile import save_scene
+
+    scenes = folder / "scenes"
+    written: set[str] = set()
+    for exhibit in exhibits:
+        scene = exhibit.scene(scenes / "maps")
+        needed = maps_of(scene) - written
+        write_maps(scenes / "maps", sorted(needed))
+        written |= needed
+        save_scene(scene, scenes / f"{exhibit.name}.toml")
+        picture = folder / f"{exhibit.name}.png"
+        draw(scene, exhibit.size, quality).save(picture, tone="filmic", exposure=exhibit.exposure)
+        yield picture, exhibit
