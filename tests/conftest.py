@@ -17,6 +17,12 @@ def context() -> Iterator[Context]:
         yield opened
 
 
+@pytest.fixture(scope="session")
+def glsl_context(context: Context) -> Context:
+    """Shader tests run in the one context too."""
+    return context
+
+
 @pytest.fixture(autouse=True)
 def gl_error_state(request: pytest.FixtureRequest) -> Iterator[None]:
     """A test that draws in `context` finds and leaves it current and free of GL errors."""

@@ -18,8 +18,9 @@ import moderngl
 from glbump.errors import ShaderError, unknown
 from glbump.gl.context import Context, open_context
 from glbump.gl.source import Define, Source, resolve
-from glbump.glsltest.module import Module, Overload
+from glbump.glsltest.module import Module
 from glbump.glsltest.runners import RUNNERS, Arena, Runner
+from glbump.glsltest.watch import Watch
 from glbump.glsltest.wrapper import BACKENDS, Plan
 
 KEPT_PROGRAMS = 256
@@ -43,7 +44,7 @@ class Glsl:
         self._arena: Arena | None = None
         self._runners: OrderedDict[tuple[str, str], Runner] = OrderedDict()
         self._modules: dict[Any, Module] = {}
-        self.running: tuple[Overload, int] | None = None
+        self.watch: Watch | None = None
 
     @property
     def context(self) -> Any:

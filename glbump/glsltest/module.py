@@ -225,6 +225,7 @@ class Overload:
         self.signature = signature
         self._takes = [i for i, p in enumerate(signature.params) if p.direction != "out"]
         self._programs: dict[str, tuple[Runner, list[int]]] = {}
+        self._label = f"{signature} of {module.source.name}"
 
     @cached_property
     def plan(self) -> Plan:
@@ -276,7 +277,8 @@ class Overload:
     def _run(self, runner: Runner, rows: Rows, samplers: list[Sampler], columns: Any) -> None:
         glsl, params = self.module.glsl, self.signature.params
         textures: list[Any] = []
-        glsl.running = (self, rows.count)
+        if glsl.watch is not None:
+            glsl.watch.begin(self._label)
         try:
             for sampler, i in zip(samplers, self.plan.samplers, strict=True):
                 what = f"{self.signature}: {params[i].name}"
@@ -284,7 +286,8 @@ class Overload:
             runner.set_uniforms(self.module.uniforms, textures)
             runner.run(rows.columns, rows.count, columns)
         finally:
-            glsl.running = None
+            if glsl.watch is not None:
+                glsl.watch.end()
             for made in textures:
                 made.release()
 

@@ -1,0 +1,110 @@
+"""The pytest plugin: fixtures `glsl` and `ulp`, and the --glsl- options. Imports nothing until a test asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from glbump.glsltest.glsl import Glsl
+
+_BACKENDS = ("compute", "feedback", "fragment")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The options, in a group of their own."""
+    group = parser.getgroup("glsl", "shader tests (glbump)")
+    group.addoption(
+        "--glsl-backend",
+        choices=("auto", *_BACKENDS, "all"),
+        default="auto",
+        help="how GLSL functions run; all: every test that uses `glsl` once for each way",
+    )
+    group.addoption(
+        "--glsl-required", action="store_true", help="fail, rather than skip, where there is no OpenGL driver"
+    )
+    group.addoption(
+        "--glsl-timeout",
+        type=float,
+        default=120.0,
+        metavar="SECONDS",
+        help="stop the run, saying what was running, when one GLSL call lasts longer (default 120; 0: never)",
+    )
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """--glsl-backend=all: once for each way to run."""
+    if "glsl_backend" in metafunc.fixturenames and metafunc.config.getoption("--glsl-backend") == "all":
+        metafunc.parametrize("glsl_backend", _BACKENDS, scope="session")
+
+
+@pytest.fixture(scope="session")
+def glsl_backend(pytestconfig: pytest.Config) -> str:
+    """The way in which `glsl` runs functions: what --glsl-backend says."""
+    return str(pytestconfig.getoption("--glsl-backend"))
+
+
+@pytest.fixture(scope="session")
+def glsl_context(pytestconfig: pytest.Config) -> Iterator[Any]:
+    """The OpenGL context of shader tests; a project may put its own glbump Context in its place."""
+    from glbump.errors import ContextError
+    from glbump.gl.context import open_context
+
+    try:
+        opened = open_context()
+    except ContextError as error:
+        if pytestconfig.getoption("--glsl-required"):
+            pytest.fail(f"--glsl-required: {error}", pytrace=False)
+        pytest.skip(f"no OpenGL here: {error}")
+    with opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def glsl(glsl_context: Any, glsl_backend: str, pytestconfig: pytest.Config) -> Iterator[Glsl]:
+    """Loads GLSL: `glsl("shaders/lib/reflect.glsl").reflect_dir(directions, normals)`. See docs/shader-tests.md."""
+    from glbump.glsltest.glsl import Glsl
+
+    with Glsl(glsl_context, backend=glsl_backend) as made:
+        made.watch = _watch(pytestconfig)
+        yield made
+        if made.watch is not None:
+            made.watch.close()
+
+
+def _watch(config: pytest.Config) -> Any:
+    """What ends the run when a call does not come back; it writes past pytest's capture of the output."""
+    from glbump.glsltest.watch import Watch
+
+    seconds = config.getoption("--glsl-timeout")
+    if seconds <= 0:
+        return None
+    capture = config.pluginmanager.getplugin("capturemanager")
+    with capture.global_and_fixture_disabled():
+        return Watch(seconds)
+
+
+@pytest.fixture(scope="session")
+def ulp() -> Any:
+    """Comparison of floats: `ulp.assert_close(got, want, ulps=4, abs=2**-22)`."""
+    from glbump.glsltest import ulp as module
+
+    return module
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """A test that leaves GL objects behind fails; what `glsl` keeps for the next call does not count."""
+    used = getattr(item, "funcargs", {}).get("glsl")
+    if used is None or used.context.native is None:
+        return (yield)
+    from glbump.glsltest.live import live_objects, more
+
+    before, kept = live_objects(used.context), used.objects
+    yield
+    left = more(before, live_objects(used.context), used.objects - kept)
+    if left:
+        pytest.fail(f"GL objects left behind: {left}; release() what the test made", pytrace=False)
+    return None
