@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -24,3 +26,39 @@ def direction_level(ddx: npt.ArrayLike, ddy: npt.ArrayLike, texels_per_radian: n
     """log2 of the texels that the longer change (..., 3) of a unit direction spans; -63 for none."""
     longest = np.maximum(*(np.linalg.norm(np.asarray(v, np.float64), axis=-1) for v in (ddx, ddy)))
     return np.log2(np.maximum(longest * texels_per_radian, 2.0**-63))
+
+
+def quad_differences(values: npt.ArrayLike) -> tuple[F64, F64]:
+    """dFdx and dFdy of values (H, W, C) on a grid of pixels, row 0 on top: differences within quads of 2x2 pixels,
+    counted from the lower left as OpenGL does; each row and column of a quad has its own ("fine", as llvmpipe
+    takes them). NaN where a pixel that is needed has no value.
+    """
+    v = np.asarray(values, np.float64)[::-1]
+    height, width = v.shape[:2]
+    # A last odd row or column takes the differences of its neighbours.
+    y, x = (np.minimum(np.arange(n) // 2 * 2, max(n - 2, 0)) for n in (height, width))
+    y1, x1 = np.minimum(y + 1, height - 1), np.minimum(x + 1, width - 1)
+    return (v[:, x1] - v[:, x])[::-1], (v[y1] - v[y])[::-1]
+
+
+def through_levels(look: Callable[[int, npt.NDArray[np.bool_]], F64], level: F64, count: int, how: str) -> F64:
+    """Values (K, C) read from a chain of `count` levels at levels of detail (K,).
+
+    look(i, chosen): bilinear values of level i for the chosen ones of the K. how: "nearest-level" rounds the level of
+    detail, halves down (OpenGL 4.6, equation 8.23); "trilinear" weights the two levels that it lies between.
+    """
+    if count == 1:
+        return look(0, np.ones(len(level), bool))
+    detail = np.clip(level, 0, count - 1)
+    below = np.floor(detail) if how == "trilinear" else np.ceil(detail + 0.5) - 1
+    weight = detail - below if how == "trilinear" else np.zeros_like(detail)
+    result: F64 | None = None
+    for i in range(count):
+        for share, chosen in ((1 - weight, below == i), (weight, (below == i - 1) & (weight > 0))):
+            if chosen.any():
+                values = look(i, chosen)
+                if result is None:
+                    result = np.zeros((len(level), values.shape[-1]))
+                result[chosen] += share[chosen, None] * values
+    assert result is not None
+    return result

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -11,18 +13,22 @@ from glbump.camera import Camera, near_far, pixel_rays, projection_matrix, sampl
 from glbump.contents import Contents
 from glbump.errors import SceneError
 from glbump.frame import Frame
-from glbump.maps import cube, panorama
+from glbump.maps import cube, panorama, pyramid
+from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
 from glbump.mesh import Mesh
-from glbump.quality import Quality
+from glbump.quality import Quality, quality_of
 from glbump.reference import bump as bumps
+from glbump.reference import filter as filters
 from glbump.reference import ggx, reflect
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.environment import sh9_irradiance
 from glbump.scene import NormalMap, Scene, Surface, check_size
+from glbump.shapes import Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
+F32 = npt.NDArray[np.float32]
 
 BACKGROUND, SEVERAL, UNSEEN = -1, -2, -3
 PIECES = 1 << 32
@@ -41,22 +47,25 @@ def render(
 ) -> Frame:
     """The picture that `glbump.render` at "exact" converges to: float64, ray-cast, no OpenGL.
 
-    samples: a pixel, a square number, on a regular grid; each reads the maps bilinearly at level 0, their mean is
-    the pixel (linear light, box filter). quality: its gloss_size and gloss_samples say which roughness chain is
-    read. contents: maps already read. Errors as `glbump.render`.
+    samples: a pixel, a square number, on a regular grid; their mean is the pixel (linear light, box filter).
+    quality: its filters say how maps are read, "exact" bilinearly at level 0, and its gloss_size and gloss_samples
+    which roughness chain; storage (half floats, resampled cubes) is not modelled. contents: maps already read.
+    Errors as `glbump.render`.
     Returns a Frame of float32 pixels; its stats["surface"] (H, W) says what all samples of a pixel see: PIECES times
     the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these.
     """
     started = time.perf_counter()
     width, height = check_size(size)
-    shader = _Shader(scene, quality if isinstance(quality, Quality) else Quality(quality), contents or Contents())
+    shader = _Shader(scene, quality_of(quality), contents or Contents(), samples)
     total = np.zeros((height, width, 4))
     seen = np.full((height, width), UNSEEN)
-    rows = max(1, _RAYS // width)
+    # Bands end where quads of 2x2 pixels, counted from the lowest row, end.
+    rows = max(2, _RAYS // width // 2 * 2)
+    edges = [0, *range(height % 2 + rows, height, rows), height]
     for offset in sample_offsets(samples):
         origins, dirs = pixel_rays(scene.camera, (width, height), offset)
-        for top in range(0, height, rows):
-            band = slice(top, min(top + rows, height))
+        for top, bottom in pairwise(edges):
+            band = slice(top, bottom)
             places = [_places(scene, i, mesh, (width, height), offset, top) for i, mesh in enumerate(shader.meshes)]
             light, index = shader.shade(origins[band], dirs[band], places)
             total[band] += light
@@ -88,11 +97,37 @@ def _places(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offset:
     return result
 
 
+class Place:
+    """Where in a grid of rays some of them are."""
+
+    def __init__(self, ray: Index, shape: tuple[int, int]) -> None:
+        self.ray, self.shape = ray, shape
+
+    def differences(self, values: F64) -> tuple[F64, F64]:
+        """dFdx and dFdy (K, C) of values (K, C) of these rays; 0 beside rays that are not among them."""
+        grid = np.full((self.shape[0] * self.shape[1], values.shape[1]), np.nan)
+        grid[self.ray] = values
+        both = filters.quad_differences(grid.reshape(*self.shape, -1))
+        ddx, ddy = (np.nan_to_num(d).reshape(len(grid), -1)[self.ray] for d in both)
+        return ddx, ddy
+
+
+def _levels(texels: F32, how: str) -> list[F32]:
+    return [texels] if how == "bilinear" else pyramid.chain(texels)
+
+
+def _environment_levels(picture: Panorama | CubeFaces, how: str) -> list[Panorama] | list[CubeFaces]:
+    if isinstance(picture, Panorama):
+        return [replace(picture, pixels=pixels) for pixels in _levels(picture.pixels, how)]
+    return [replace(picture, pixels=pixels) for pixels in _levels(picture.pixels, how)]
+
+
 class _Shader:
     """One scene's maps, and the light along rays."""
 
-    def __init__(self, scene: Scene, quality: Quality, contents: Contents) -> None:
+    def __init__(self, scene: Scene, quality: Quality, contents: Contents, samples: int) -> None:
         self.scene, self.quality, self.contents = scene, quality, contents
+        self.footprint = samples**-0.5
         environment = scene.environment
         self.picture = contents.environment(environment)
         self.exposure = 2.0**environment.exposure
@@ -100,13 +135,29 @@ class _Shader:
         # Round shapes are cast by formula; their mesh is never looked at.
         self.meshes = [contents.mesh(surface.shape) for surface in scene.surfaces]
         self.slopes = [
-            contents.slopes(surface.bump)[::-1] if surface.bump is not None else None for surface in scene.surfaces
+            _levels(contents.slopes(surface.bump)[::-1], quality.bump_filter) if surface.bump is not None else None
+            for surface in scene.surfaces
         ]
+        self.environments = _environment_levels(self.picture, quality.environment_filter)
 
-    def environment(self, dir_env: F64) -> F64:
-        """Radiance (..., 3)."""
+    def environment(self, dir_env: F64, at: Place) -> F64:
+        """Radiance (K, 3) in unit directions."""
+        texels = (
+            self.picture.pixels.shape[0] / np.pi
+            if isinstance(self.picture, Panorama)
+            else self.picture.pixels.shape[1] / 2
+        )
+        how = self.quality.environment_filter
+        level = np.zeros(len(dir_env))
+        if how != "bilinear":
+            level = filters.direction_level(*at.differences(dir_env * self.footprint), texels)
         sample = panorama.sample if isinstance(self.picture, Panorama) else cube.sample
-        return self.exposure * sample(self.picture, dir_env)  # type: ignore[arg-type]
+        return self.exposure * filters.through_levels(
+            lambda i, chosen: sample(self.environments[i], dir_env[chosen]),  # type: ignore[arg-type]
+            level,
+            len(self.environments),
+            how,
+        )
 
     def shade(self, origins: F64, dirs: F64, places: list[F64]) -> tuple[F64, Index]:
         """(H, W, 4) colour times coverage, and coverage, of a band of rays (H, W, 3); (H, W) surface seen."""
@@ -124,16 +175,19 @@ class _Shader:
             nearest[hit.ray] = np.minimum(nearest[hit.ray], hit.t)
         for index, hit in enumerate(hits):
             front = np.flatnonzero(hit.t <= nearest[hit.ray])
-            out[hit.ray[front], :3] = self._surface(index, hit, front, dirs[hit.ray[front]])
-            out[hit.ray[front], 3] = 1.0
-            seen[hit.ray[front]] = PIECES * index + hit.piece[front]
+            at = Place(hit.ray[front], (height, width))
+            out[at.ray, :3] = self._surface(index, hit, front, dirs[at.ray], at)
+            out[at.ray, 3] = 1.0
+            seen[at.ray] = PIECES * index + hit.piece[front]
         empty = np.isinf(nearest)
         if self.scene.environment.background and empty.any():
-            out[empty, :3] = self.environment(dirs[empty] @ self.env_from_world.T)
+            # Shown in front of surfaces too, as far as quads go: a pixel's neighbours look past them.
+            at = Place(np.arange(len(dirs)), (height, width))
+            out[empty, :3] = self.environment(dirs @ self.env_from_world.T, at)[empty]
             out[empty, 3] = 1.0
         return out.reshape(height, width, 4), seen.reshape(height, width)
 
-    def _surface(self, index: int, hit: Hits, front: Index, dirs: F64) -> F64:
+    def _surface(self, index: int, hit: Hits, front: Index, dirs: F64, at: Place) -> F64:
         """Light (K, 3) from the hits `front` of surface `index` along dirs (K, 3)."""
         surface = self.scene.surfaces[index]
         linear = self.env_from_world @ surface.transform.matrix()[:3, :3]
@@ -142,23 +196,38 @@ class _Shader:
         dir_env = dirs @ self.env_from_world.T
         behind = np.einsum("ni,ni->n", n_env, dir_env) > 0
         if surface.bump is not None:
-            n_env = self._bent(index, hit, front, n_env, linear)
+            n_env = self._bent(index, hit, front, n_env, linear, at)
         n_env = np.where(behind[:, None], -n_env, n_env)
-        return self._light(surface, dir_env, n_env)
+        return self._light(surface, dir_env, n_env, at)
 
-    def _bent(self, index: int, hit: Hits, front: Index, n_env: F64, linear: F64) -> F64:
+    def _bent(self, index: int, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
         surface, slopes = self.scene.surfaces[index], self.slopes[index]
         bump = surface.bump
         if hit.uv is None or hit.dpdu is None or hit.dpdv is None or bump is None or slopes is None:
             raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
-        slope = bilinear_repeat(slopes, hit.uv[front] * bump.repeat) * bump.slope_scale
+        slope = self._slope(slopes, hit.uv[front], surface, at) * bump.slope_scale
         dpdu, dpdv = hit.dpdu[front] @ linear.T, hit.dpdv[front] @ linear.T
         if isinstance(bump, NormalMap):
             t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
             return bumps.bump_normal(n_env, slope[:, :1] * t + slope[:, 1:] * b)
         return bumps.bump_normal(n_env, bumps.surface_gradient(n_env, dpdu, dpdv, slope))
 
-    def _light(self, surface: Surface, dir_env: F64, n_env: F64) -> F64:
+    def _slope(self, slopes: list[F32], uv: F64, surface: Surface, at: Place) -> F64:
+        """Slopes (K, 2) of the picture at surface coordinates uv (K, 2)."""
+        assert surface.bump is not None
+        how, level = self.quality.bump_filter, np.zeros(len(uv))
+        if how != "bilinear":
+            size = np.array(slopes[0].shape[1::-1]) * surface.bump.repeat * self.footprint
+            ddx, ddy = at.differences(uv)
+            if isinstance(surface.shape, Sphere | Torus):
+                ddx, ddy = filters.wrapped_difference(ddx), filters.wrapped_difference(ddy)
+            level = filters.isotropic_level(ddx * size, ddy * size)
+        place = uv * surface.bump.repeat
+        return filters.through_levels(
+            lambda i, chosen: bilinear_repeat(slopes[i], place[chosen]), level, len(slopes), how
+        )
+
+    def _light(self, surface: Surface, dir_env: F64, n_env: F64, at: Place) -> F64:
         """What surface.frag's light() computes, for any material."""
         material, environment = surface.material, self.scene.environment
         color, metallic, roughness = np.array(material.base_color), material.metallic, material.roughness
@@ -175,7 +244,7 @@ class _Shader:
             chain = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
             mirrored = self.exposure * cube.sample_levels(chain, look, roughness * (len(chain) - 1))
         else:
-            mirrored = self.environment(look)
+            mirrored = self.environment(look, at)
         result = share((1 - metallic) * dielectric + metallic * color) * mirrored
         if metallic < 1:
             irradiance = self.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))

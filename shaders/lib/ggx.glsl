@@ -1,9 +1,8 @@
 // Glossy reflection. Twin: glbump/reference/ggx.py.
 
 // Split-sum factors (A, B) of GGX with Schlick's Fresnel: reflected share = F0 A + B. The analytic fit of
-// Karis, "Physically Based Shading on Mobile", 2014. Error against quadrature (k = alpha / 2, NoV >= 0.05,
-// roughness 0.05..1): A at most 0.19, A + B at most 0.3 at grazing angles; glossy_share, which uses only the ratio,
-// stays exact for F0 = 1.
+// Karis, "Physically Based Shading on Mobile", 2014. Error against quadrature with height-correlated Smith
+// shadowing, n_dot_v and roughness in 0.05..1: A at most 0.37, B at most 0.09 (at grazing angles).
 vec2 dfg_fit(float n_dot_v, float roughness) {
     vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float a004 = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
@@ -11,7 +10,8 @@ vec2 dfg_fit(float n_dot_v, float roughness) {
 }
 
 // Share of the light that a glossy surface reflects, light scattered more than once between its facets
-// counted in: (F0 A + B) / (A + B), so F0 = 1 reflects all of it, at every angle and roughness.
+// counted in: (F0 A + B) / (A + B), so F0 = 1 reflects all of it, at every angle and roughness, and most of the
+// fit's error cancels: glossy_share at most 0.09 in the same domain, 0.02 rms.
 vec3 glossy_share(vec3 f0, float n_dot_v, float roughness) {
     vec2 dfg = dfg_fit(clamp(n_dot_v, 0.0, 1.0), roughness);
     float b = max(dfg.y, 0.0);
