@@ -197,7 +197,7 @@ def _key(field: Field[Any]) -> str:
 
 
 def _is_path(field: Field[Any]) -> bool:
-    return "Path" in str(field.type)
+    return any(kind in str(field.type) for kind in ("Path", "Image"))
 
 
 def _build(cls: type[Any], table: Any, where: str, read_path: ReadPath) -> Any:
