@@ -284,21 +284,26 @@ def diff(
     glbump diff got.png wanted.png
     glbump diff got.exr wanted.exr -o difference.png --max 2/255
     """
-    from glbump.maps.images import read_colour, write_picture
+    from glbump.maps.images import read_picture
     from glbump.trade.metrics import compare, difference_picture
 
-    first, second = read_colour(a).pixels, read_colour(b).pixels
+    first, second = read_picture(a).pixels, read_picture(b).pixels
     with progress("comparing", shown=not session.quiet):
         figures = compare(first, second)
     if output is not None:
-        write_picture(output, difference_picture(first, second, gain))
+        from glbump.maps.colour import eight_bit
+        from glbump.maps.files import write_display
+
+        write_display(output, eight_bit(difference_picture(first, second, gain)))
     if as_json:
         _print_json(figures)
     else:
+        notes = figures.pop("notes")
         for name, value in figures.items():
-            session.say(f"{name:5} {value:.6g}")
+            shown = notes.get(name, "-") if value is None else f"{value:.6g}" if name != "worst" else value
+            session.say(f"{name:5}  {shown}")
     if most is not None and figures["max"] > most:
-        raise GlbumpError(f"{a} and {b} differ by {figures['max']:.4g} of display white; --max allows {most:.4g}")
+        raise GlbumpError(f"{a} and {b} differ by up to {figures['max']:.4g} of display white; --max allows {most:.4g}")
 
 
 @cli.command()
