@@ -90,16 +90,16 @@ def _floats(values: npt.ArrayLike) -> Floats:
 
 
 def eight_bit(values: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-    """0..1 -> 0..255, rounded to the nearest; values outside are clipped, NaN is 0."""
-    x = _floats(values) * 255
-    rounded: npt.NDArray[np.uint8] = np.nan_to_num(np.clip(x, 0, 255) + 0.5, nan=0.0).astype(np.uint8)
+    """0..1 -> 0..255, rounded to the nearest; values outside are clipped. No NaN."""
+    x = _floats(values)
+    rounded: npt.NDArray[np.uint8] = (np.clip(x, 0, 1) * 255 + 0.5).astype(np.uint8)
     return rounded
 
 
 def display_bytes(linear: Floats, tone: str = "clip", exposure: float = 0.0) -> npt.NDArray[np.uint8]:
     """Linear colour of any shape -> sRGB-encoded bytes through a tone map; half floats go through a table.
 
-    NaN comes out 0: whoever writes a file has to refuse it first.
+    No NaN: whoever writes a file has to refuse it first.
     """
     if linear.dtype == np.float16:
         return _half_table(tone, float(exposure)).take(linear.view(np.uint16))
@@ -114,9 +114,9 @@ def alpha_bytes(alpha: Floats) -> npt.NDArray[np.uint8]:
 
 
 def _every_half() -> npt.NDArray[np.float32]:
-    # Adding 0 makes quiet NaNs of the signalling ones, whose every use would raise a warning.
+    # NaNs become 0: no one looks them up, and their conversion would raise a warning.
     with np.errstate(invalid="ignore"):
-        return np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32) + np.float32(0)
+        return np.nan_to_num(np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32), posinf=np.inf)
 
 
 @lru_cache(maxsize=16)

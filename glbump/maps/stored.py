@@ -156,6 +156,14 @@ def _one_line(text: str) -> str:
     return (line[:160] + " ...") if len(line) > 160 else line
 
 
+def _reason(library: Any) -> str:
+    """The pending error of an open file, or of OpenImageIO, which may quote bytes that are no text."""
+    try:
+        return str(library.geterror())
+    except UnicodeDecodeError:
+        return "damaged names"
+
+
 def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
     path = Path(path)
     _check_file(path)
@@ -169,10 +177,12 @@ def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
     file = oiio.ImageInput.open(str(path), as_stored)
     if file is None:
         raise ImageError(
-            f"{path}: is no picture that can be read ({_one_line(oiio.geterror())}); formats: {', '.join(FORMATS)}"
+            f"{path}: is no picture that can be read ({_one_line(_reason(oiio))}); formats: {', '.join(FORMATS)}"
         )
     try:
         stored, orientation = _decode(file, path)
+    except UnicodeDecodeError:
+        raise ImageError(f"{path}: is damaged (names in it are no text); get a whole copy of it") from None
     finally:
         file.close()
     return replace(stored, pixels=_upright(stored.pixels, orientation, str(path)))
@@ -188,7 +198,7 @@ def _decode(file: Any, path: Path) -> tuple[Stored, int]:
     wanted = {8: oiio.UINT8, 16: oiio.UINT16, 32: oiio.UINT32}[bits] if not is_float else oiio.FLOAT
     pixels = file.read_image(0, 0, 0, len(channels), wanted)
     # A decoder may return pixels and report an error all the same (truncated JPEG): both are refused.
-    error = file.geterror() or oiio.geterror()
+    error = _reason(file) or _reason(oiio)
     if pixels is None or error:
         raise ImageError(f"{path}: is damaged or truncated ({_one_line(error) or 'no pixels'}); get a whole copy of it")
     if pixels.ndim == 2:
