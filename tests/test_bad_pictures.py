@@ -124,7 +124,9 @@ def test_a_decoder_that_returns_pixels_and_reports_an_error(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("suffix", ["png", "jpg", "webp", "tif", "exr", "hdr"])
-def test_damage_anywhere_is_an_error_or_finite_pixels(tmp_path: Path, suffix: str) -> None:
+def test_damage_anywhere_is_an_error_or_finite_pixels(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], suffix: str
+) -> None:
     whole = tmp_path / f"whole.{suffix}"
     if suffix in ("exr", "hdr"):
         write_picture(whole, NOISE[:16, :16] / np.float32(255))
@@ -144,6 +146,7 @@ def test_damage_anywhere_is_an_error_or_finite_pixels(tmp_path: Path, suffix: st
         except GlbumpError as error:
             errors.append(str(error))
     assert not any("\n" in error for error in errors)
+    assert capfd.readouterr().err == ""
 
 
 # Too large -----------------------------------------------------------------------------------------------------

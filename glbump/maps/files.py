@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import io
 import os
-import secrets
-import shutil
 import struct
 import zlib
 from collections.abc import Callable
@@ -50,11 +48,11 @@ def write_atomically(
     try:
         target = path.resolve()  # A link keeps pointing at the file, which is the one to be replaced.
         _check_target(path, target, error)
-        beside = target.with_name(f".{target.stem[:100]}.{secrets.token_hex(4)}{target.suffix}")
+        beside = target.with_name(f".{target.stem[:100]}.{os.urandom(4).hex()}{target.suffix}")
         try:
             _fill(beside, content)
             if target.exists():
-                shutil.copymode(target, beside)
+                beside.chmod(target.stat().st_mode)
             beside.replace(target)
         finally:
             beside.unlink(missing_ok=True)
