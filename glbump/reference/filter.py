@@ -35,7 +35,7 @@ def quad_differences(values: npt.ArrayLike) -> tuple[F64, F64]:
     """
     v = np.asarray(values, np.float64)[::-1]
     height, width = v.shape[:2]
-    # A last odd row or column takes the differences of its neighbours.
+    # A last odd row or column has no partner: it takes the difference to the one before.
     y, x = (np.minimum(np.arange(n) // 2 * 2, max(n - 2, 0)) for n in (height, width))
     y1, x1 = np.minimum(y + 1, height - 1), np.minimum(x + 1, width - 1)
     return (v[:, x1] - v[:, x])[::-1], (v[y1] - v[y])[::-1]
