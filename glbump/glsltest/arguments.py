@@ -55,23 +55,37 @@ def rows_of(plan: Plan, arguments: Mapping[int, Any]) -> Rows:
         except ValueError:
             shown = ", ".join(map(str, leads))
             raise Misfit(f"{plan.signature}: rows do not broadcast together: {shown}") from None
-        columns = [_spread(a, c, common) for a, c in zip(columns, plan.in_columns, strict=True)]
+        columns = [_spread(plan.signature, a, c, common) for a, c in zip(columns, plan.in_columns, strict=True)]
     else:
         columns = [
-            (a if a.flags.c_contiguous else np.ascontiguousarray(a)).reshape((-1, *c.shape))
+            _contiguous(plan.signature, a).reshape((-1, *c.shape))
             for a, c in zip(columns, plan.in_columns, strict=True)
         ]
     return Rows(tuple(columns), common or ())
 
 
-def _spread(array: Array, column: Column, lead: tuple[int, ...]) -> Array:
+def _spread(signature: Signature, array: Array, column: Column, lead: tuple[int, ...]) -> Array:
     """(rows, *shape), or (1, *shape) where every row shares the value."""
     own = array.shape[: array.ndim - len(column.shape)]
     if prod(own) == 1:
         return array.reshape((1, *column.shape))
     if own != lead:
         array = np.broadcast_to(array, (*lead, *column.shape))
-    return np.ascontiguousarray(array).reshape((-1, *column.shape))
+    return _contiguous(signature, array).reshape((-1, *column.shape))
+
+
+def _contiguous(signature: Signature, array: Array) -> Array:
+    if array.flags.c_contiguous:
+        return array
+    _check_memory(signature, array.nbytes, "take")
+    return np.ascontiguousarray(array)
+
+
+def _check_memory(signature: Signature, wanted: int, word: str) -> None:
+    """LimitError for what this machine's memory does not hold: asking for it may end the process instead."""
+    if wanted > (1 << 30) and wanted > _free_memory():
+        size = f"{wanted / 2**30:.1f} GiB"
+        raise LimitError(f"{signature}: so many rows {word} {size}, more than is free here; call it in parts")
 
 
 def _leaf(signature: Signature, index: int, column: Column, value: Any) -> Array:
@@ -145,10 +159,7 @@ def words(array: Array) -> npt.NDArray[np.uint32]:
 
 def empty_results(plan: Plan, count: int) -> list[npt.NDArray[np.uint32]]:
     """A place for each output column's words, (count, words). LimitError where memory does not suffice."""
-    wanted = 4 * count * plan.out_words
-    if wanted > (1 << 30) and wanted > _free_memory():
-        told = f"{count} rows give {wanted / 2**30:.1f} GiB back"
-        raise LimitError(f"{plan.signature}: {told}, more than is free here; call it in parts")
+    _check_memory(plan.signature, 4 * count * plan.out_words, "give back")
     return [np.empty((count, column.words), np.uint32) for column in plan.out_columns]
 
 

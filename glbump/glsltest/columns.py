@@ -142,7 +142,7 @@ def writing(column: Column, prefix: str, variable: str, start: str) -> str:
     for k, part in enumerate(parts):
         word = _WRITE[column.type.scalar].format(part)
         if column.type.scalar == "double":
-            body += f"{prefix}put({at} + {2 * k}, {word}.x); {prefix}put({at} + {2 * k + 1}, {word}.y); "
+            body += f"{prefix}put({at} + {2 * k}, {word}[0]); {prefix}put({at} + {2 * k + 1}, {word}[1]); "
         else:
             body += f"{prefix}put({at} + {k}, {word}); "
     return f"{opening}{{ {body}}}"

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import moderngl
+import numpy as np
 
 from glbump.errors import ShaderError, unknown
 from glbump.gl.context import Context, open_context
@@ -42,7 +43,7 @@ class Glsl:
         self._given = context
         self._own: Context | None = None
         self._arena: Arena | None = None
-        self._runners: OrderedDict[tuple[str, str], Runner] = OrderedDict()
+        self._runners: OrderedDict[tuple[Any, ...], Runner] = OrderedDict()
         self._modules: dict[Any, Module] = {}
         self.watch: Watch | None = None
 
@@ -82,7 +83,8 @@ class Glsl:
         if source is not None and text is None and _is_text(source):
             source, text = None, str(source)
         resolved = resolve(source, text=text, defines=defines, version=version, folders=[Path(f) for f in folders])
-        key = (resolved.text, resolved.lines, repr(constants), repr(uniforms), loop_limit)
+        values = [(name, np.asarray(value).tobytes()) for name, value in (uniforms or {}).items()]
+        key = (resolved.text, resolved.lines, repr(constants), tuple(values), loop_limit)
         if key not in self._modules:
             self._modules[key] = Module(
                 self, resolved, dict(constants or {}), dict(uniforms or {}), loop_limit, version is not None
@@ -91,9 +93,9 @@ class Glsl:
 
     __call__ = load
 
-    def runner(self, source: Source, plan: Plan, backend: str, prefix: str) -> Runner:
-        """The compiled program of a wrapped source, from the cache where it is."""
-        key = (backend, source.text)
+    def runner(self, source: Source, plan: Plan, backend: str, prefix: str, uniforms: Mapping[str, bytes]) -> Runner:
+        """The compiled program of a wrapped source, from the cache where it is; one for each set of uniforms."""
+        key = (backend, source.text, *uniforms.items())
         if key in self._runners:
             self._runners.move_to_end(key)
             return self._runners[key]

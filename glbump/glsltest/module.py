@@ -101,7 +101,7 @@ class Module:
             made = [e for e in made if not any(o.start <= e.start < o.end for o in out)] + out
         edited = self._versioned(edits.apply(text, made), backend)
         source = wrapped(replace(self.source, text=edited), plan, backend, self.prefix)
-        return self.glsl.runner(source, plan, backend, self.prefix), loops
+        return self.glsl.runner(source, plan, backend, self.prefix, self.uniforms), loops
 
     def _versioned(self, text: str, backend: str) -> str:
         """The #version line that the way of running needs at least."""

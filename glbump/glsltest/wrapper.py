@@ -25,7 +25,7 @@ RETURN = -1
 # Before the caller: where a word is read, where one is put. Then main.
 _DATA_TEXTURE = """\
 uniform highp usampler2D {p}data;
-uint {p}word(int {p}i) {{ return texelFetch({p}data, ivec2({p}i % {width}, {p}i / {width}), 0).r; }}
+uint {p}word(int {p}i) {{ return texelFetch({p}data, ivec2({p}i % {width}, {p}i / {width}), 0)[0]; }}
 uniform int {p}pass;
 uint {p}out[{padded}];
 void {p}put(int {p}i, uint {p}v) {{ {p}out[{p}i] = {p}v; }}
@@ -44,7 +44,7 @@ int {p}start(int {p}before, int {p}words, int {p}row) {{ return {p}before * int(
 _MAIN = {
     "compute": """\
 void main() {{
-    int {p}row = int(gl_GlobalInvocationID.x);
+    int {p}row = int(gl_GlobalInvocationID[0]);
     if ({p}row < int({p}data[0])) {p}call({p}row);
 }}""",
     "feedback": """\
@@ -60,9 +60,9 @@ void main() {{
 uniform int {p}width;
 {outputs}
 void main() {{
-    ivec2 {p}at = ivec2(gl_FragCoord.xy);
-    int {p}quad = ({p}at.y / 2) * ({p}width / 2) + {p}at.x / 2;
-    {p}call(min(4 * {p}quad + 2 * ({p}at.y % 2) + {p}at.x % 2, int({p}word(0)) - 1));
+    ivec2 {p}at = ivec2(int(gl_FragCoord[0]), int(gl_FragCoord[1]));
+    int {p}quad = ({p}at[1] / 2) * ({p}width / 2) + {p}at[0] / 2;
+    {p}call(min(4 * {p}quad + 2 * ({p}at[1] % 2) + {p}at[0] % 2, int({p}word(0)) - 1));
     {stores}
 }}""",
 }
