@@ -164,7 +164,7 @@ def chosen(names: Iterable[str] = ()) -> tuple[Exhibit, ...]:
     return tuple(by_name[name] for name in names) or EXHIBITS
 
 
-_MAPS: dict[str, Callable[[Path], None]] = {
+MAPS: dict[str, Callable[[Path], None]] = {
     "evening.exr": lambda path: write_picture(path, panorama.evening().astype(np.float16)),
     "bricks.exr": lambda path: write_picture(path, relief.bricks()),
     "dimples.exr": lambda path: write_picture(path, relief.dimples()),
@@ -186,11 +186,11 @@ def maps_of(scene: Scene) -> set[str]:
     return {picture.name for picture in pictures if isinstance(picture, Path)}
 
 
-def write_maps(folder: Path, names: Iterable[str] = tuple(_MAPS)) -> None:
+def write_maps(folder: Path, names: Iterable[str] = tuple(MAPS)) -> None:
     """Compute maps of these names and write them into `folder`, which is made where it is missing."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in names:
-        _MAPS[name](folder / name)
+        MAPS[name](folder / name)
 
 
 class Saved(Protocol):

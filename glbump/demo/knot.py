@@ -14,7 +14,7 @@ def knot(around: int = 320, across: int = 32, tube: float = 0.26) -> str:
     # The knot winds round +Z and never runs through its axis: outwards from it is a frame that closes.
     outwards = centre - (centre * along).sum(axis=-1, keepdims=True) * along
     outwards /= np.linalg.norm(outwards, axis=-1, keepdims=True)
-    sideways = np.cross(along, outwards)
+    sideways = np.cross(outwards, along)
 
     angle = np.linspace(0, 2 * np.pi, across + 1)
     normals = (

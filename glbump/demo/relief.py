@@ -59,7 +59,7 @@ def dimples(size: int = 512, columns: int = 7, rows: int = 8) -> F32:
     radius = np.float32(0.44)
     inside = np.clip(1 - nearest / radius**2, 0, 1)
     # A bowl; the power rounds its lip.
-    return 1 - inside ** np.float32(1.3)
+    return _spread(-(inside ** np.float32(1.3)))
 
 
 def waves(size: int = 512) -> F32:
