@@ -24,7 +24,7 @@ _VERSION = re.compile(r"\s*#\s*version\s+(\d+)\s*(\w*)")
 # Intel, AMD, Apple: ERROR: 0:12: ...
 _LOG_LINE = re.compile(
     r"^\s*(?:(?P<kind1>ERROR|WARNING):\s*)?\d+(?::(?P<colon>\d+)(?:\(\d+\))?|\((?P<paren>\d+)\))\s*:\s*"
-    r"(?:(?P<kind2>error|warning|note)\b\s*(?P<code>[A-Z]\d+)?\s*:\s*)?(?P<what>.*)$",
+    r"(?:(?:preprocessor )?(?P<kind2>error|warning|note)\b\s*(?P<code>[A-Z]\d+)?\s*:\s*)?(?P<what>.*)$",
     re.IGNORECASE,
 )
 
@@ -189,7 +189,7 @@ class _Resolver:
         if any(target in scope for scope in self.scopes):
             return
         # In the text already (in another branch), or in a branch now: the preprocessor decides.
-        guard = "glbump_once_" + re.sub(r"[\W_]+", "_", target)  # GLSL reserves names with two underscores
+        guard = "glbump_once_" + re.sub(r"[\W_]+", "_", target).lstrip("_")  # GLSL reserves names with two underscores
         for made in (f"#ifndef {guard}", f"#define {guard}"):
             self._emit(made, label, number)
         self.put(target, chain)

@@ -8,7 +8,7 @@ with Glsl() as glsl:
 from __future__ import annotations
 
 import re
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,8 @@ class Glsl:
         self._runners: OrderedDict[tuple[Any, ...], Runner] = OrderedDict()
         self._modules: dict[Any, Module] = {}
         self.watch: Watch | None = None
+        # moderngl 5.13 never deletes the program object of a shader that does not compile.
+        self._failed = 0
 
     @property
     def context(self) -> Any:
@@ -101,7 +103,11 @@ class Glsl:
             return self._runners[key]
         while len(self._runners) >= KEPT_PROGRAMS:
             self._runners.popitem(last=False)[1].release()
-        made = RUNNERS[backend](self.context, self.arena, plan, prefix, source)
+        try:
+            made = RUNNERS[backend](self.context, self.arena, plan, prefix, source)
+        except ShaderError:
+            self._failed += 1
+            raise
         self._runners[key] = made
         return made
 
@@ -119,10 +125,13 @@ class Glsl:
             self._own = None
 
     @property
-    def objects(self) -> int:
-        """How many GL objects calls have left for the next ones: programs, vertex arrays, buffers, targets."""
-        arena = len(self._arena.objects) if self._arena else 0
-        return arena + sum(1 + hasattr(r, "vertices") for r in self._runners.values())
+    def objects(self) -> dict[str, int]:
+        """How many GL objects of each kind calls have left for the next ones; the kinds of `live.KINDS`."""
+        runners = list(self._runners.values())
+        found = Counter(self._arena.objects if self._arena else {})
+        found["Program"] += len(runners) + self._failed
+        found["VertexArray"] += sum(hasattr(r, "vertices") for r in runners)
+        return found
 
     def __enter__(self) -> Glsl:
         return self

@@ -69,12 +69,13 @@ def floats(low: float = -np.inf, high: float = np.inf, *, nonfinite: bool = Fals
     powers = np.ldexp(np.float32(1), np.arange(-126, 128)).astype(np.float32)
     beside = [np.nextafter(powers, np.float32(0)), np.nextafter(powers, np.float32(np.inf))]
     denormal = np.array([2.0**-149, 2.0**-140, 2.0**-127], np.float32)
-    other = np.array([0.0, 1 / 3, np.pi, 1e10, np.finfo(np.float32).max], np.float32)
+    other = np.array([1 / 3, np.pi, 1e10, np.finfo(np.float32).max], np.float32)
     half = np.concatenate([powers, *beside, denormal, other])
     made = np.unique(np.concatenate([half, -half]))
-    made = np.append(made[(made >= low) & (made <= high)], [np.float32(-0.0)] if low <= 0 <= high else [])
+    made = made[(made >= low) & (made <= high) & (made != 0)]
+    zeros = [0.0, -0.0] if low <= 0 <= high else []
     odd = np.array([np.inf, -np.inf, np.nan] if nonfinite else [], np.float32)
-    return np.concatenate([made, odd]).astype(np.float32)
+    return np.concatenate([np.array(zeros, np.float32), made, odd])
 
 
 def uniform(count: int, low: float = 0.0, high: float = 1.0, shape: tuple[int, ...] = (), seed: int = 0) -> F32:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Mapping
 from typing import Any
 
 KINDS = ("Texture", "Buffer", "Framebuffer", "Program", "VertexArray", "Renderbuffer", "Query", "Sampler")
@@ -27,9 +28,7 @@ def live_objects(context: Any) -> dict[str, int]:
     return found
 
 
-def more(before: dict[str, int], after: dict[str, int], kept: int) -> str:
-    """Text for what `after` has over `before`, where `kept` objects more are meant to stay; "" for nothing."""
-    grown = {kind: after[kind] - before[kind] for kind in KINDS if after[kind] != before[kind]}
-    if sum(grown.values()) <= kept:
-        return ""
-    return ", ".join(f"{count:+d} {kind}" for kind, count in grown.items())
+def more(before: Mapping[str, int], after: Mapping[str, int], kept: Mapping[str, int]) -> str:
+    """Text for what `after` has over `before` beyond `kept`, the growth that is meant to stay; "" for nothing."""
+    left = {kind: after[kind] - before[kind] - kept.get(kind, 0) for kind in KINDS}
+    return ", ".join(f"{count} {kind}" for kind, count in left.items() if count > 0)

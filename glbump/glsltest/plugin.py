@@ -104,7 +104,8 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
 
     before, kept = live_objects(used.context), used.objects
     yield
-    left = more(before, live_objects(used.context), used.objects - kept)
+    grown = {kind: count - kept.get(kind, 0) for kind, count in used.objects.items()}
+    left = more(before, live_objects(used.context), grown)
     if left:
         pytest.fail(f"GL objects left behind: {left}; release() what the test made", pytrace=False)
     return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -144,11 +145,14 @@ class Arena:
             self._free(name)
 
     @property
-    def objects(self) -> list[Any]:
-        """Every GL object held, for those who count."""
-        found = list(self._kept.values())
-        targets = [t for t in found if isinstance(t, moderngl.Framebuffer)]
-        return found + [texture for t in targets for texture in t.color_attachments]
+    def objects(self) -> Counter[str]:
+        """How many GL objects of each kind are held."""
+        found: Counter[str] = Counter()
+        for kept in self._kept.values():
+            found[type(kept).__name__] += 1
+            if isinstance(kept, moderngl.Framebuffer):
+                found["Texture"] += len(kept.color_attachments)
+        return found
 
 
 class ComputeRunner(Runner):

@@ -72,14 +72,19 @@ def texture(context: Context, sampler: Sampler, kind: str, what: str) -> Any:
         if dtype not in ("f2", "f4") or chain[0].shape[-1] != 3:
             raise ShaderError(f"{what}: cube levels of one's own are 3 channels of float16 or float32")
         made: Any = cube_texture(context, chain, dtype)
-    else:
-        made = _create(context, chain[0], shape, dtype)
+        made.filter = FILTERS[sampler.filter]
+        return made
+    made = _create(context, chain[0], shape, dtype)
+    try:
         if count > 1:
             made.build_mipmaps(0, count - 1)
         for number, level in enumerate(chain[1:], 1):
             _write_level(made, level, number, shape, what)
-    made.filter = FILTERS[sampler.filter]
-    _wrap(made, sampler, shape, what)
+        made.filter = FILTERS[sampler.filter]
+        _wrap(made, sampler, shape, what)
+    except ShaderError:
+        made.release()
+        raise
     return made
 
 
