@@ -41,9 +41,15 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
     return close[0] if close else None
 
 
+def shown(value: object) -> str:
+    """What was got, in one line of at most 60 characters."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
 def unknown(what: str, got: object, allowed: Iterable[str]) -> str:
     """Text for an unknown name: what, what it got, the nearest right word, and what is allowed."""
     names = list(allowed)
     hint = nearest(str(got), names)
     guess = f"did you mean {hint!r}? " if hint else ""
-    return f"unknown {what} {got!r}; {guess}choose one of: {', '.join(names)}"
+    return f"unknown {what} {shown(got)}; {guess}choose one of: {', '.join(names)}"

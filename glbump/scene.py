@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from glbump import validate as check
 from glbump.camera import Camera
-from glbump.errors import SceneError, unknown
+from glbump.errors import SceneError, shown, unknown
 from glbump.shapes import SHAPES, Shape, Transform, Vec2, Vec3
 
 
@@ -68,7 +68,7 @@ def _image(what: str, value: Any) -> Path | ArrayImage:
                 f"got an array of shape {value.shape} and type {value.dtype}"
             )
         return ArrayImage(value)
-    raise SceneError(f"{what} must be a path or an array; got {type(value).__name__} {value!r:.60}")
+    raise SceneError(f"{what} must be a path or an array; got {type(value).__name__} {shown(value)}")
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,7 @@ class Material(check.Frozen):
 
 
 def _repeat(what: str, value: Any) -> Vec2:
-    pair = value if hasattr(value, "__len__") else (value, value)
-    x, y = check.vector(what, pair, 2, above=0, most=1e6)
+    x, y = check.vector(what, check.sequence(value) or (value, value), 2, above=0, most=1e6)
     return (x, y)
 
 
@@ -259,9 +258,10 @@ class Scene(check.Frozen):
     camera: Camera = Camera()
 
     def __post_init__(self) -> None:
-        if isinstance(self.surfaces, Surface) or not hasattr(self.surfaces, "__iter__"):
-            raise SceneError("scene.surfaces must be a sequence of Surface; put the one surface in a list")
-        self._store(surfaces=tuple(self.surfaces))
+        surfaces = check.sequence(self.surfaces)
+        if surfaces is None:
+            raise SceneError(f"scene.surfaces must be a list of Surface; got {shown(self.surfaces)}")
+        self._store(surfaces=tuple(surfaces))
         for i, surface in enumerate(self.surfaces):
             check.instance(f"scene.surfaces[{i}]", surface, Surface)
         check.instance("scene.environment", self.environment, ENVIRONMENTS)
@@ -281,7 +281,7 @@ def with_value(scene: Scene, dotted: str, value: Any) -> Scene:
     def put(owner: Any, names: list[str]) -> Any:
         head, rest = names[0], names[1:]
         if isinstance(owner, tuple):
-            if not head.isdigit() or int(head) >= len(owner):
+            if not head.isdecimal() or int(head) >= len(owner):
                 raise SceneError(f"{dotted}: no item {head!r}; there are {len(owner)}, counted from 0")
             i = int(head)
             return owner[:i] + (put(owner[i], rest) if rest else value,) + owner[i + 1 :]
@@ -292,7 +292,7 @@ def with_value(scene: Scene, dotted: str, value: Any) -> Scene:
         if rest and not (
             hasattr(getattr(owner, name), "__dataclass_fields__") or isinstance(getattr(owner, name), tuple)
         ):
-            raise SceneError(f"{dotted}: {name} has no fields to set; it is {getattr(owner, name)!r:.60}")
+            raise SceneError(f"{dotted}: {name} has no fields to set; it is {shown(getattr(owner, name))}")
         return replace(owner, **{name: put(getattr(owner, name), rest) if rest else value})
 
     result: Scene = put(scene, dotted.split("."))

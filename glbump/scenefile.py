@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from glbump.camera import Camera
-from glbump.errors import SceneError, unknown
+from glbump.errors import SceneError, shown, unknown
 from glbump.maps.files import write_atomically
 from glbump.scene import ENVIRONMENTS, ArrayImage, Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import SHAPES, Transform
@@ -79,14 +79,14 @@ def set_from_text(scene: Scene, assignment: str) -> Scene:
 
     dotted, equals, text = (part.strip() for part in assignment.partition("="))
     if not equals or not dotted or not text:
-        raise SceneError(f"cannot set {assignment!r}; write NAME=VALUE, such as surface.0.bump.amplitude=0.1")
+        raise SceneError(f"cannot set {shown(assignment)}; write NAME=VALUE, such as surface.0.bump.amplitude=0.1")
     try:
         parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
         parsed = {}
     if list(parsed) != ["value"]:
         if not re.fullmatch(r"[\w./~-][\w./ ~:\\-]*", text):
-            raise SceneError(f"cannot set {dotted}: {text!r:.60} is no TOML value, word or path")
+            raise SceneError(f"cannot set {dotted}: {shown(text)} is no TOML value, word or path")
         parsed = {"value": text}
     tables = scene_to_dict(scene, lambda where, value: value, defaults=True)
     _put(tables, dotted, parsed["value"])
@@ -100,9 +100,9 @@ def _put(tables: dict[str, Any], dotted: str, value: Any) -> None:
         if isinstance(owner, dict):
             return name
         if not isinstance(owner, list):
-            raise SceneError(f"{dotted}: there is no {name!r} inside a single value, {owner!r:.60}")
+            raise SceneError(f"{dotted}: there is no {shown(name)} inside a single value, {shown(owner)}")
         if not name.isdecimal() or len(name) > 9 or int(name) >= len(owner):
-            raise SceneError(f"{dotted}: no item {name!r}; there are {len(owner)}, counted from 0")
+            raise SceneError(f"{dotted}: no item {shown(name)}; there are {len(owner)}, counted from 0")
         return int(name)
 
     owner: Any = tables
@@ -161,11 +161,11 @@ def _inside(folder: Path, root: Path) -> ReadPath:
         if isinstance(value, list):
             return [read(f"{where}[{i}]", v) for i, v in enumerate(value)]
         if not isinstance(value, str) or not value:
-            raise SceneError(f"{where} must be a path; got {value!r:.60}")
+            raise SceneError(f"{where} must be a path; got {shown(value)}")
         try:
             full = (folder / value).resolve()
         except (OSError, ValueError, RuntimeError) as why:  # links in a circle, NUL characters
-            raise SceneError(f"{where}: {value!r:.60} is no usable path: {_one_line(why)}") from None
+            raise SceneError(f"{where}: {shown(value)} is no usable path: {_one_line(why)}") from None
         if not full.is_relative_to(root):
             raise SceneError(
                 f"{where}: {value!r} lies outside {root}, and a scene file may name only what is in its folder; "
@@ -203,7 +203,7 @@ def _is_path(field: Field[Any]) -> bool:
 def _build(cls: type[Any], table: Any, where: str, read_path: ReadPath) -> Any:
     """An instance of a dataclass from its table; every field by its own name."""
     if not isinstance(table, dict):
-        raise SceneError(f"{where} must be a table, such as {{ name = value }}; got {table!r:.60}")
+        raise SceneError(f"{where} must be a table, such as {{ name = value }}; got {shown(table)}")
     known = {_key(f): f for f in fields(cls)}
     for key in table:
         if key not in known:
@@ -228,7 +228,7 @@ def _value(field: Field[Any], value: Any, where: str, read_path: ReadPath) -> An
     name = field.name
     if name == "surfaces":
         if not isinstance(value, list):
-            raise SceneError(f"{where} must be a list of tables, each headed [[surface]]; got {value!r:.60}")
+            raise SceneError(f"{where} must be a list of tables, each headed [[surface]]; got {shown(value)}")
         return tuple(_build(Surface, item, _join(where, i), read_path) for i, item in enumerate(value))
     if name in _KINDS:
         cls, rest = _of_kind(_KINDS[name], value, where)
@@ -245,7 +245,7 @@ def _of_kind(classes: tuple[type[Any], ...], value: Any, where: str) -> tuple[ty
     names = ", ".join(kinds)
     if not isinstance(value, dict):
         raise SceneError(
-            f'{where} must be a table with a kind, such as {{ kind = "{next(iter(kinds))}" }}; got {value!r:.60}'
+            f'{where} must be a table with a kind, such as {{ kind = "{next(iter(kinds))}" }}; got {shown(value)}'
         )
     if "kind" not in value:
         raise SceneError(f"{where}.kind is missing; choose one of: {names}")
@@ -261,7 +261,7 @@ def _bump_kind(value: Any, where: str) -> type[Any]:
         return _BUMPS[given[0]]
     if given:
         raise SceneError(f"{where} has both height and normal_map; keep one of them")
-    raise SceneError(f"{where} needs a height or a normal_map, each the path of a picture; got {value!r:.60}")
+    raise SceneError(f"{where} needs a height or a normal_map, each the path of a picture; got {shown(value)}")
 
 
 def scene_to_dict(scene: Scene, write_path: ReadPath, *, defaults: bool = False) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump import validate as check
-from glbump.errors import SceneError
+from glbump.errors import SceneError, shown
 
 Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
@@ -29,9 +29,10 @@ class Quad(check.Frozen):
     corners: tuple[Vec3, Vec3, Vec3, Vec3] = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
 
     def __post_init__(self) -> None:
-        if not hasattr(self.corners, "__len__") or isinstance(self.corners, str) or len(self.corners) != 4:
-            raise SceneError(f"quad.corners must be 4 points of 3 numbers; got {self.corners!r:.80}")
-        corners = tuple(check.point(f"quad.corners[{i}]", c) for i, c in enumerate(self.corners))
+        given = check.sequence(self.corners)
+        if given is None or len(given) != 4:
+            raise SceneError(f"quad.corners must be 4 points of 3 numbers; got {shown(self.corners)}")
+        corners = tuple(check.point(f"quad.corners[{i}]", c) for i, c in enumerate(given))
         self._store(corners=corners)
         p = np.array(corners, dtype=np.float64)
         edges = np.roll(p, -1, axis=0) - p
@@ -112,7 +113,7 @@ class MeshFile(check.Frozen):
 
     def __post_init__(self) -> None:
         if not isinstance(self.path, str | os.PathLike) or not str(self.path):
-            raise SceneError(f"mesh.path must be the path of a mesh file; got {self.path!r:.80}")
+            raise SceneError(f"mesh.path must be the path of a mesh file; got {shown(self.path)}")
         self._store(path=Path(self.path))
 
 
@@ -133,8 +134,7 @@ class Transform(check.Frozen):
     scale: Vec3 | float = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
-        scale = self.scale if hasattr(self.scale, "__len__") else (self.scale,) * 3
-        checked = check.point("transform.scale", scale)
+        checked = check.point("transform.scale", check.sequence(self.scale) or (self.scale,) * 3)
         if min(map(abs, checked)) < check.SHORTEST:
             raise SceneError(
                 f"transform.scale must be at least {check.SHORTEST:g} or at most -{check.SHORTEST:g} "

@@ -6,15 +6,14 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from glbump.errors import SceneError, unknown
+from glbump.errors import SceneError, shown, unknown
 
 SHORTEST, LONGEST = 1e-18, 1e18
 """World units. Beyond these, squares leave the range of the GPU's 32-bit floats."""
 
 
-def _article(what: str, allowed: str, got: object) -> str:
-    text = repr(got)
-    return f"{what} must be {allowed}; got {text if len(text) < 80 else text[:77] + '...'}"
+def _refusal(what: str, allowed: str, got: object) -> SceneError:
+    return SceneError(f"{what} must be {allowed}; got {shown(got)}")
 
 
 def number(
@@ -29,19 +28,20 @@ def number(
     limits = (("above", above), ("at least", least), ("at most", most))
     bounds = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
     allowed = " ".join(["a finite number", " and ".join(bounds)]).strip()
-    if isinstance(value, bool | str):
-        raise SceneError(_article(what, allowed, value))
+    # What float() would take all the same.
+    if isinstance(value, bool | str | bytes) or getattr(value, "ndim", None):
+        raise _refusal(what, allowed, value)
     try:
         result = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise SceneError(_article(what, allowed, value)) from None
+        raise _refusal(what, allowed, value) from None
     if (
         not math.isfinite(result)
         or (above is not None and result <= above)
         or (least is not None and result < least)
         or (most is not None and result > most)
     ):
-        raise SceneError(_article(what, allowed, value))
+        raise _refusal(what, allowed, value)
     return result
 
 
@@ -54,31 +54,41 @@ def integer(what: str, value: Any, *, least: int, most: int) -> int:
     """`value` as an int within [`least`, `most`]; SceneError otherwise."""
     result = number(what, value, least=least, most=most)
     if result != int(result):
-        raise SceneError(_article(what, f"a whole number from {least} to {most}", value))
+        raise _refusal(what, f"a whole number from {least} to {most}", value)
     return int(result)
 
 
 def flag(what: str, value: Any) -> bool:
     """`value` when it is True or False; SceneError otherwise."""
     if not isinstance(value, bool):
-        raise SceneError(_article(what, "true or false", value))
+        raise _refusal(what, "true or false", value)
     return value
 
 
 def choice(what: str, value: Any, allowed: Iterable[str]) -> str:
     """`value` when it is one of `allowed`; SceneError with the nearest right word otherwise."""
     names = list(allowed)
-    if value not in names:
+    if not isinstance(value, str) or value not in names:
         raise SceneError(unknown(what, value, names))
-    return str(value)
+    return value
 
 
 def vector(what: str, value: Any, length: int, **bounds: float | None) -> tuple[float, ...]:
     """`value` as a tuple of `length` finite floats, each within `bounds` as in `number`."""
-    # NumPy arrays and lists alike; a string is a sequence too, and never meant.
-    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != length:
-        raise SceneError(_article(what, f"{length} numbers", value))
-    return tuple(number(f"{what}[{i}]", v, **bounds) for i, v in enumerate(value))
+    items = sequence(value)
+    if items is None or len(items) != length:
+        raise _refusal(what, f"{length} numbers", value)
+    return tuple(number(f"{what}[{i}]", v, **bounds) for i, v in enumerate(items))
+
+
+def sequence(value: Any) -> list[Any] | None:
+    """The items of a list, a tuple, an array or their like; None for what has no items, or none in order."""
+    if isinstance(value, str | bytes | dict | set | frozenset):
+        return None
+    try:
+        return list(value) if len(value) < 1_000_000 else None
+    except TypeError:
+        return None
 
 
 def point(what: str, value: Any) -> tuple[float, ...]:
@@ -91,7 +101,7 @@ def instance(what: str, value: Any, kinds: type | Sequence[type]) -> Any:
     allowed = (kinds,) if isinstance(kinds, type) else tuple(kinds)
     if not isinstance(value, allowed):
         names = ", ".join(k.__name__ for k in allowed)
-        raise SceneError(_article(what, f"one of {names}" if len(allowed) > 1 else f"a {names}", value))
+        raise _refusal(what, f"one of {names}" if len(allowed) > 1 else f"a {names}", value)
     return value
 
 

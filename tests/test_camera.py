@@ -25,9 +25,7 @@ CAMERAS = [
 SIZE = (12, 8)
 
 
-def project(
-    camera: Camera, size: tuple[int, int], p: npt.ArrayLike, near: float = 0.5, far: float = 50.0
-) -> Any:
+def project(camera: Camera, size: tuple[int, int], p: npt.ArrayLike, near: float = 0.5, far: float = 50.0) -> Any:
     """Normalised device coordinates of world points (..., 3)."""
     homogeneous = np.concatenate([np.asarray(p, float), np.ones((*np.shape(p)[:-1], 1))], axis=-1)
     clip = homogeneous @ (projection_matrix(camera, size, near, far) @ view_matrix(camera)).T
@@ -73,9 +71,7 @@ def test_rays_agree_with_matrices(camera: Camera, offset: tuple[float, float]) -
         x = (ndc[..., 0] + 1) / 2 * SIZE[0]
         y = (1 - ndc[..., 1]) / 2 * SIZE[1]  # row 0 on top
         np.testing.assert_allclose(x, np.broadcast_to(np.arange(SIZE[0]) + offset[0], x.shape), atol=1e-12)
-        np.testing.assert_allclose(
-            y, np.broadcast_to(np.arange(SIZE[1])[:, None] + offset[1], y.shape), atol=1e-12
-        )
+        np.testing.assert_allclose(y, np.broadcast_to(np.arange(SIZE[1])[:, None] + offset[1], y.shape), atol=1e-12)
 
 
 def test_pixel_centres_are_at_half_pixels() -> None:
@@ -179,9 +175,7 @@ def test_derived_range_clips_no_corner(projection: str) -> None:
         boxes = np.sort(rng.normal(size=(3, 2, 3)) * 10.0 ** rng.uniform(-6, 6), axis=1)
         near, far = near_far(camera, boxes, SIZE)
         assert 0 <= near < far
-        corners = np.array(
-            [[b[i, 0], b[j, 1], b[k, 2]] for b in boxes for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-        )
+        corners = np.array([[b[i, 0], b[j, 1], b[k, 2]] for b in boxes for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         depth = -(corners - eye) @ view_matrix(camera)[2, :3]
         assert np.all(depth <= far)
         if projection == "perspective":

@@ -73,9 +73,7 @@ def test_outward_and_not_degenerate(shape: Shape, segments: int) -> None:
     mesh = tessellate(shape, segments)
     normals = area_normals(mesh)
     area = np.linalg.norm(normals, axis=1)
-    assert area.min() > 1e-2 * area.mean() * (
-        1 - shape.tube / shape.radius if isinstance(shape, Torus) else 1
-    )
+    assert area.min() > 1e-2 * area.mean() * (1 - shape.tube / shape.radius if isinstance(shape, Torus) else 1)
     if isinstance(shape, Sphere):
         assert np.all(np.sum(normals * points(mesh).mean(axis=1), axis=1) > 0)
     # The divergence theorem: a closed surface turned outward holds a volume above 0, here one near the true.
