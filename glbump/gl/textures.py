@@ -17,6 +17,7 @@ from glbump.gl.levels import cube_texture
 from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama, levels
 from glbump.maps.pyramid import chain
+from glbump.mesh import outline
 from glbump.plan import Plan
 from glbump.scene import Bump, Environment, NormalMap
 from glbump.shapes import Shape
@@ -150,12 +151,12 @@ class Store:
         result: moderngl.TextureCube = self._get(key, make)
         return result
 
-    def mesh(self, shape: Shape, segments: int, attributes: dict[str, str]) -> MeshBuffers:
-        """Vertex buffers. attributes: name in the shader -> field of Mesh."""
+    def mesh(self, shape: Shape | None, segments: int, attributes: dict[str, str]) -> MeshBuffers:
+        """Vertex buffers, of a sphere's outline for None. attributes: name in the shader -> field of Mesh."""
         gl = self._context.gl
 
         def make() -> tuple[Any, int]:
-            mesh = self._contents.mesh(shape, segments)
+            mesh = outline(segments) if shape is None else self._contents.mesh(shape, segments)
             made = {
                 name: gl.buffer(np.ascontiguousarray(getattr(mesh, field), np.float32).tobytes())
                 for name, field in attributes.items()
@@ -163,7 +164,7 @@ class Store:
             buffers = MeshBuffers(made, gl.buffer(np.ascontiguousarray(mesh.triangles, np.int32).tobytes()))
             return buffers, buffers.size
 
-        result: MeshBuffers = self._get(("mesh", shape_key(shape), segments, tuple(attributes)), make)
+        result: MeshBuffers = self._get(("mesh", shape and shape_key(shape), segments, tuple(attributes)), make)
         return result
 
     def _texture_2d(
