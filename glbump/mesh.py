@@ -70,6 +70,41 @@ def tessellate(shape: Shape, segments: int) -> Mesh:
             return load_mesh(path)
 
 
+def outline(segments: int) -> Mesh:
+    """The unit disc in the plane z = 0, facing +z: a polygon of `segments` sides, for `outline_matrix` to place.
+
+    Cut into triangles by halving: each takes two sides off what is left, so that few are thin.
+    """
+    angle = 2 * np.pi / segments * np.arange(segments)
+    points = np.stack([np.cos(angle), np.sin(angle), np.zeros(segments)], axis=-1)
+    left = np.arange(segments, dtype=np.int32)
+    ears = []
+    while len(left) > 3:
+        pairs = len(left) // 2
+        ears.append(np.stack([left[: 2 * pairs : 2], left[1::2], np.roll(left, -2)[: 2 * pairs : 2]], axis=-1))
+        left = left[::2]
+    return Mesh(points, np.concatenate([*ears, left[None]] if len(left) == 3 else ears))
+
+
+def outline_matrix(radius: float, eye: npt.ArrayLike) -> Floats:
+    """(4, 4) that places `outline` where the sphere about the origin is seen to end; every ray from the eye to the
+    sphere crosses the disc, between the points where it enters and leaves the sphere.
+
+    eye: (x, y, z, 1) outside the sphere, or (x, y, z, 0), the unit direction of view.
+    """
+    *towards, w = np.asarray(eye, np.float64)
+    distance = float(np.linalg.norm(towards))
+    # Sine of half the angle that the sphere fills, seen from the eye: 0 from infinitely far.
+    sine = radius / distance if w else 0.0
+    facing = np.array(towards) / (distance if w else -distance)
+    right = np.cross([0.0, 1, 0] if abs(facing[1]) < 0.9 else [1.0, 0, 0], facing)
+    right /= np.linalg.norm(right)
+    rim = radius * math.sqrt(1 - sine * sine)
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([rim * right, rim * np.cross(facing, right), facing, radius * sine * facing], axis=1)
+    return matrix
+
+
 def segments_for(shape: Shape, radius_px: float, silhouette_px: float) -> int:
     """The fewest segments that keep the outline within `silhouette_px` of the true one, within SEGMENTS.
 

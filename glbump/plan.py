@@ -107,8 +107,11 @@ def make_plan(
     shared, cube_size = _environment(scene, quality, size, contents, capabilities, note)
     for i, surface in enumerate(scene.surfaces):
         _require_uv(i, surface, contents)
+    boxes = _world_bounds(scene, contents)
+    apart = _apart(boxes)
     surfaces = tuple(
-        _surface(i, surface, scene, quality, size, shared, note) for i, surface in enumerate(scene.surfaces)
+        _surface(i, surface, scene, quality, size, shared, bool(apart[i]), note)
+        for i, surface in enumerate(scene.surfaces)
     )
     glossy = any(s.has("LIGHT") == GLOSSY for s in surfaces)
     gloss = (quality.gloss_size, quality.gloss_samples) if glossy else None
@@ -133,7 +136,7 @@ def make_plan(
         sky=environment.background,
         gloss=gloss,
         irradiance=any(s.has("DIFFUSE") for s in surfaces),
-        near_far=near_far(scene.camera, _world_bounds(scene, contents), size),
+        near_far=near_far(scene.camera, boxes, size),
         surfaces=surfaces,
         choices=tuple(choices),
     )
@@ -223,6 +226,7 @@ def _surface(
     quality: Quality,
     size: tuple[int, int],
     shared: dict[str, int],
+    apart: bool,
     note: Note,
 ) -> SurfacePlan:
     name = f"surface {index}"
@@ -231,8 +235,14 @@ def _surface(
     inside = _eye_is_inside(surface, scene)
     closed = isinstance(shape, Sphere | Torus | Cube) and not inside
     segments = segments_for(shape, _radius_in_pixels(surface, scene, size), quality.silhouette)
+    outline = isinstance(shape, Sphere) and closed and apart
     if isinstance(shape, Sphere | Torus):
-        note(f"{name} mesh", f"{segments} segments", f"outline within {quality.silhouette:g} pixels")
+        value = f"disc of {segments} sides" if outline else f"{segments} segments"
+        note(
+            f"{name} mesh",
+            value,
+            f"outline within {quality.silhouette:g} pixels" + (", and nothing comes near to cut it" if outline else ""),
+        )
     bump_kind, why = NO_BUMP, "it has no bump"
     if isinstance(bump, Bump):
         bump_kind, why = (HEIGHT, "heights") if bump.amplitude != 0.0 else (NO_BUMP, "its amplitude is 0")
@@ -251,6 +261,7 @@ def _surface(
     diffuse = material.metallic < 1.0 and any(material.base_color)
     defines = {
         "SHAPE": kinds[type(shape)],
+        "OUTLINE": int(outline),
         "TRANSFORM": _transform(surface, scene),
         "BUMP": bump_kind,
         "BUMP_MIP": int(bump_kind != NO_BUMP and quality.bump_filter != "bilinear"),
@@ -313,3 +324,12 @@ def _world_bounds(scene: Scene, contents: Contents) -> np.ndarray[tuple[int, ...
         world = corners @ matrix[:3, :3].T + matrix[:3, 3]
         boxes.append([world.min(axis=0), world.max(axis=0)])
     return np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
+
+
+def _apart(boxes: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """(N,) whether the box (N, 2, 3) of each surface meets no other's. Then any points of it along the rays, not
+    just the nearest, are hidden or seen rightly."""
+    low, high = boxes[:, 0], boxes[:, 1]
+    meet = (low[:, None] <= high[None]).all(axis=-1) & (low[None] <= high[:, None]).all(axis=-1)
+    result: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = meet.sum(axis=1) == 1
+    return result

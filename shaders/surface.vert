@@ -3,6 +3,9 @@
 #define MESH 0
 
 uniform mat4 clip_from_object;
+#if OUTLINE
+uniform mat4 object_from_outline;
+#endif
 
 in vec3 position;
 out vec3 p_object;
@@ -21,7 +24,11 @@ out vec3 mesh_dpdv;
 #endif
 
 void main() {
+#if OUTLINE
+    p_object = vec3(object_from_outline * vec4(position, 1.0));
+#else
     p_object = position;
+#endif
 #if SHAPE == MESH
     mesh_normal = normal;
 #if BUMP
@@ -30,5 +37,5 @@ void main() {
     mesh_dpdv = tangent_v;
 #endif
 #endif
-    gl_Position = clip_from_object * vec4(position, 1.0);
+    gl_Position = clip_from_object * vec4(p_object, 1.0);
 }

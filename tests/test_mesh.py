@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from glbump.errors import MeshError, SceneError
-from glbump.mesh import Mesh, bounds, segments_for, tessellate
+from glbump.mesh import Mesh, bounds, outline, outline_matrix, segments_for, tessellate
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Shape, Sphere, Torus
 
 ROUND = [Sphere(), Sphere(3.5), Torus(), Torus(1, 0.9), Torus(2, 0.01)]
@@ -238,3 +238,33 @@ def test_refusals(tmp_path: Path) -> None:
         tessellate(Sphere(), 2)
     with pytest.raises(MeshError):
         tessellate(MeshFile(tmp_path / "none.obj"), 8)
+
+
+@pytest.mark.parametrize("segments", [3, 4, 5, 8, 31, 97, 1024])
+def test_an_outline_fills_its_polygon_once(segments: int) -> None:
+    mesh = outline(segments)
+    areas = area_normals(mesh)
+    assert len(mesh.triangles) == segments - 2
+    assert (areas[:, 2] > 0).all()
+    # No overlap and no hole: the areas add up to the polygon's.
+    assert areas.sum(axis=0) == pytest.approx([0, 0, segments / 2 * np.sin(2 * np.pi / segments)], abs=1e-12)
+
+
+@pytest.mark.parametrize("eye", [(0, 0, 4, 1), (1, 2.5, -0.1, 1), (0, 1.5 + 1e-9, 0, 1), (2e9, -1e9, 3e8, 1)])
+def test_an_outline_stands_where_the_sphere_is_seen_to_end(eye: tuple[float, ...]) -> None:
+    radius, e = 1.5, np.array(eye[:3])
+    matrix = outline_matrix(radius, eye)
+    rim = outline(64).positions @ matrix[:3, :3].T + matrix[:3, 3]
+    assert np.linalg.norm(rim, axis=1) == pytest.approx(radius)
+    # Rays through the rim touch the sphere: at right angles to the radius there. Scaled by both lengths.
+    along = (rim - e) / np.linalg.norm(e)
+    assert np.einsum("ni,ni->n", along, rim) == pytest.approx(0, abs=1e-9)
+    assert np.linalg.det(matrix[:3, :3]) > 0  # still facing the way it did: at the eye
+    assert matrix[:3, 2] @ e > 0
+
+
+def test_an_outline_seen_in_parallel_is_the_sphere_s_great_circle() -> None:
+    matrix = outline_matrix(2.0, (0, -1, 0, 0))
+    assert matrix[:3, 3] == pytest.approx(0)
+    assert matrix[:3, 2] == pytest.approx([0, 1, 0])
+    assert np.linalg.norm(matrix[:3, :2], axis=0) == pytest.approx(2)

@@ -41,7 +41,14 @@ def _uniforms(renderer: Renderer, scene: Scene, quality: str = "exact") -> set[s
 
 def test_a_plain_mirror_has_nothing_but_its_environment(renderer: Renderer) -> None:
     names = _uniforms(renderer, _scene(Surface(Sphere(), MIRROR)))
-    assert names == {"clip_from_object", "position", "environment", "eye_object", "radius"}
+    assert names == {
+        "clip_from_object",
+        "object_from_outline",
+        "position",
+        "environment",
+        "eye_object",
+        "radius",
+    }
 
 
 def test_no_bump_no_sampler(renderer: Renderer) -> None:
@@ -108,6 +115,18 @@ def test_triangles_go_with_the_size_of_the_picture() -> None:
     assert counts[1:] == pytest.approx([2 * c for c in counts[:-1]], rel=0.1)
     far = _scene(Surface(Sphere(), MIRROR), camera=Camera(eye=(0, 0, 400)))
     assert _plan(far, "fast", (1024, 1024)).surfaces[0].segments < counts[2] / 5
+
+
+def test_a_ball_that_nothing_can_cut_is_drawn_as_its_outline() -> None:
+    def outlined(*others: Surface, camera: Camera | None = None) -> int:
+        return _plan(_scene(Surface(Sphere(), MIRROR), *others, camera=camera)).surfaces[0].has("OUTLINE")
+
+    assert outlined()
+    assert outlined(Surface(Sphere(), MIRROR, transform=Transform(translate=(2.1, 0, 0))))
+    assert not outlined(Surface(Sphere(), MIRROR, transform=Transform(translate=(1.9, 0, 0))))
+    assert not outlined(Surface(Plane((9, 9)), MIRROR))
+    assert not outlined(camera=Camera(eye=(0, 0, 0.5), target=(0, 0, -1)))
+    assert not _plan(_scene(Surface(Torus(), MIRROR))).surfaces[0].has("OUTLINE")
 
 
 def test_closed_shapes_are_culled_unless_the_eye_is_in_them() -> None:

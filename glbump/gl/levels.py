@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from typing import Any
 
 import moderngl
 import numpy as np
@@ -16,12 +15,6 @@ _CUBE_POSITIVE_X = 0x8515
 _RGB = 0x1907
 _TYPES = {"f2": (0x140B, np.float16), "f4": (0x1406, np.float32)}
 _UNPACK_ALIGNMENT = 0x0CF5
-
-
-def _entry(context: Context, name: str, *argument_types: Any) -> Any:
-    """An OpenGL function by its name."""
-    address = context.native.load_opengl_function(name)
-    return ctypes.CFUNCTYPE(None, *argument_types)(address)
 
 
 def cube_texture(context: Context, levels: Sequence[npt.NDArray[np.float32]], dtype: str) -> moderngl.TextureCube:
@@ -40,8 +33,8 @@ def cube_texture(context: Context, levels: Sequence[npt.NDArray[np.float32]], dt
     texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
     texture.use(0)
     i, u, p = ctypes.c_int, ctypes.c_uint, ctypes.c_void_p
-    _entry(context, "glPixelStorei", u, i)(_UNPACK_ALIGNMENT, 1)
-    write = _entry(context, "glTexSubImage2D", u, i, i, i, i, i, u, u, p)
+    context.native.entry("glPixelStorei", u, i)(_UNPACK_ALIGNMENT, 1)
+    write = context.native.entry("glTexSubImage2D", u, i, i, i, i, i, u, u, p)
     for number, level in enumerate(levels[1:], 1):
         for face in range(6):
             data = np.ascontiguousarray(level[face], np_type)

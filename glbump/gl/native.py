@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 from abc import ABC, abstractmethod
+from typing import Any
 
 
 class RouteError(Exception):
@@ -39,6 +41,10 @@ class Native(ABC):
         if key not in _addresses:
             _addresses[key] = self._address(name)
         return _addresses[key]
+
+    def entry(self, name: str, *argument_types: Any) -> Any:
+        """A GL function by its name, to be called for what moderngl does not offer; it returns nothing."""
+        return ctypes.CFUNCTYPE(None, *argument_types)(self.load_opengl_function(name))
 
     @abstractmethod
     def _address(self, name: str) -> int:

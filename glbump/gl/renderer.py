@@ -22,6 +22,7 @@ from glbump.gl.uniforms import Uniforms, View, environment_uniforms, sky_uniform
 from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan
 from glbump.quality import Quality, quality_of
 from glbump.scene import Scene, check_size
+from glbump.shapes import MeshFile
 
 _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
 _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
@@ -36,9 +37,7 @@ class Renderer:
     can be had. Programs, textures and targets are kept between frames and freed when other scenes need the room.
     """
 
-    def __init__(
-        self, backend: str = "auto", device: int | None = None, *, context: Context | None = None
-    ) -> None:
+    def __init__(self, backend: str = "auto", device: int | None = None, *, context: Context | None = None) -> None:
         """context: one that is open already, and stays its owner's to release."""
         self.context = context or open_context(backend, device)
         self._owns_context = context is None
@@ -101,9 +100,15 @@ class Renderer:
                 "finish and read back": 1e3 * (time.perf_counter() - drawn),
             },
             "bytes": self._store.bytes,
+            "notes": self._notes(scene),
             "triangles": sum(self._mesh(scene, plan, i).indices.size // 12 for i in range(len(plan.surfaces))),
         }
         return Frame(pixels, stats, bottom_up=True)
+
+    def _notes(self, scene: Scene) -> list[str]:
+        """What was found and mended while reading mesh files."""
+        meshes = [s.shape for s in scene.surfaces if isinstance(s.shape, MeshFile)]
+        return [f"{shape.path}: {note}" for shape in meshes for note in self.contents.mesh(shape).notes]
 
     # ------------------------------------------------------------ drawing
 
@@ -112,12 +117,10 @@ class Renderer:
         self._bind_textures(scene, plan)
         draws = [self._surface(scene, plan, i) for i in range(len(plan.surfaces))]
         sky = self._sky(scene, plan) if plan.sky else None
-        if targets.sum is not None:
-            targets.sum.clear(0.0, 0.0, 0.0, 0.0)
-        for offset in sample_offsets(plan.samples):
-            self._draw_sample(view.at(offset), plan, draws, sky, targets.one)
+        for number, offset in enumerate(sample_offsets(plan.samples)):
+            self._draw_sample(view.at(offset), plan, draws, sky, targets)
             if targets.sum is not None:
-                self._fullscreen("accumulate.frag", targets.one, targets.sum, 1.0 / plan.samples)
+                self._fullscreen("accumulate.frag", targets.one, targets.sum, 1.0 / plan.samples, add=number > 0)
         if targets.straight is not None and targets.sum is not None:
             self._fullscreen("straight.frag", targets.sum, targets.straight)
             return targets.straight
@@ -129,11 +132,10 @@ class Renderer:
         plan: Plan,
         draws: list[tuple[Uniforms, dict[str, Any], moderngl.VertexArray]],
         sky: Uniforms | None,
-        target: moderngl.Framebuffer,
+        targets: Targets,
     ) -> None:
         gl = self.context.gl
-        target.use()
-        target.clear(0.0, 0.0, 0.0, 0.0)
+        targets.begin_sample()
         gl.enable_only(moderngl.DEPTH_TEST)
         gl.depth_func = "<="
         for i, (uniforms, values, vertices) in enumerate(draws):
@@ -156,13 +158,14 @@ class Renderer:
         fragment: str,
         source: moderngl.Framebuffer,
         target: moderngl.Framebuffer,
-        weight: float | None = None,
+        weight: float = 1.0,
+        add: bool = False,
     ) -> None:
-        """One pass over all pixels from `source` to `target`; with a weight, added to what is there."""
+        """One pass over all pixels from `source` to `target`: in place of what is there, or added to it."""
         gl = self.context.gl
         uniforms = self._program("fullscreen.vert", fragment, ())
         target.use()
-        gl.enable_only(moderngl.BLEND if weight is not None else moderngl.NOTHING)
+        gl.enable_only(moderngl.BLEND if add else moderngl.NOTHING)
         gl.blend_func = moderngl.ONE, moderngl.ONE
         Targets.texture_of(source).use(_FRAME)
         uniforms.write({"sample_picture": _FRAME, "premultiplied": _FRAME, "weight": weight})
@@ -194,7 +197,8 @@ class Renderer:
         attributes = {"position": "positions"}
         if how.has("SHAPE") == MESH:
             attributes = _MESH_ATTRIBUTES | (_BUMP_ATTRIBUTES if how.has("BUMP") else {})
-        return self._store.mesh(scene.surfaces[index].shape, how.segments, attributes)
+        shape = None if how.has("OUTLINE") else scene.surfaces[index].shape
+        return self._store.mesh(shape, how.segments, attributes)
 
     def _sky(self, scene: Scene, plan: Plan) -> Uniforms:
         uniforms = self._program("sky.vert", "sky.frag", plan.environment_defines)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ctypes
+
 import moderngl
 
 from glbump.errors import LimitError
 from glbump.gl.context import Context
 from glbump.plan import Plan
 
+_COLOR, _DEPTH = 0x1800, 0x1801
 DTYPES = {"half": "f2", "float": "f4"}
 
 
@@ -22,10 +25,21 @@ class Targets:
                 f"it takes at most {limit} a side; render parts, or a smaller size"
             )
         self._context, self._gl = context, context.gl
+        self._sky = plan.sky
         self.dtype = DTYPES[plan.frame_format]
         self.one = self._framebuffer(plan.size, depth=True)
         self.sum = self._framebuffer(plan.size) if plan.samples > 1 else None
         self.straight = self._framebuffer(plan.size) if self.sum is not None and not plan.sky else None
+
+        self._clear_one = context.native.entry("glClearBufferfv", ctypes.c_uint, ctypes.c_int, ctypes.c_void_p)
+
+    def begin_sample(self) -> None:
+        """Draw to `one`, with nothing in it. Colours that the sky will cover are left as they are: to clear eight
+        bytes a pixel takes llvmpipe as long as to draw the sky."""
+        self.one.use()
+        if not self._sky:
+            self._clear_one(_COLOR, 0, (ctypes.c_float * 4)())
+        self._clear_one(_DEPTH, 0, (ctypes.c_float * 1)(1.0))
 
     @staticmethod
     def key(plan: Plan) -> tuple[object, ...]:

@@ -14,6 +14,7 @@ from glbump.contents import Contents
 from glbump.gl.textures import MeshBuffers
 from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
+from glbump.mesh import outline_matrix
 from glbump.plan import GLOSSY, Plan
 from glbump.reference.reflect import f0_from_ior
 from glbump.scene import Bump, Environment, Scene
@@ -144,6 +145,8 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     """Of surface.frag, all but the samplers and the view; more than a plan may use."""
     surface, how = scene.surfaces[index], plan.surfaces[index]
     values = _place(scene, index)
+    if how.has("OUTLINE") and isinstance(surface.shape, Sphere):
+        values["object_from_outline"] = outline_matrix(surface.shape.radius, values["eye_object"])
     match surface.shape:
         case Sphere(radius=radius):
             values["radius"] = radius
