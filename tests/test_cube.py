@@ -139,6 +139,7 @@ def test_faces_come_to_lie_where_they_look(table: Any, orientation: str, envmap:
     faces = painted(table, n, border)
     made = [cube_from_picture(picture(faces.reshape(6 * n, n, 3), envmap), orientation)]
     if not border:
+        made.append(cube_from_picture(picture(faces), orientation))
         made.append(cube_from_picture([picture(face) for face in faces], orientation))
     dirs = directions(5000)
     dirs /= np.abs(dirs).max(axis=1, keepdims=True)
@@ -226,6 +227,7 @@ SQUARE = np.zeros((4, 4, 3))
     ("given", "words"),
     [
         (picture(np.zeros((4, 24, 3))), "got 24x4"),
+        (picture(np.zeros((6, 4, 5, 3))), "an array 6 x 4 x 5 x 3"),
         (picture(np.zeros((8, 16, 3)), "latlong"), 'use kind = "lat-long"'),
         (picture(np.zeros((6, 1, 3)), "cube"), "at least 2x2"),
         ([picture(SQUARE)] * 5, "got 5"),

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from glbump.errors import ImageError
 from glbump.maps import pyramid
+from glbump.maps.cube import bilinear, by_pieces
 
 if TYPE_CHECKING:
     from glbump.maps.images import Picture
@@ -92,21 +93,28 @@ def latlong_dir(uv: npt.ArrayLike) -> F64:
     return np.stack([across * np.sin(longitude), np.cos(colatitude), -across * np.cos(longitude)], axis=-1)
 
 
+def texture_uv(panorama: Panorama, dir: npt.ArrayLike) -> F64:
+    """Texture coordinates (..., 2) float64 of directions (..., 3) in this panorama's own pixels."""
+    uv = latlong_uv(dir)
+    uv *= panorama.uv_scale
+    uv += panorama.uv_offset
+    return uv
+
+
 def sample(panorama: Panorama, dir: npt.ArrayLike) -> F64:
     """Radiance (..., 3) float64 in directions (..., 3): bilinear, level 0, repeating in u, clamping in v."""
     height, width = panorama.pixels.shape[:2]
-    uv = latlong_uv(dir) * panorama.uv_scale + panorama.uv_offset
-    x, y = uv[..., 0] * width - 0.5, uv[..., 1] * height - 0.5
-    left, top = np.floor(x), np.floor(y)
-    a, b = (x - left)[..., None], (y - top)[..., None]
-    columns = [(left.astype(np.intp) + i) % width for i in (0, 1)]
-    rows = [np.clip(top.astype(np.intp) + i, 0, height - 1) * width for i in (0, 1)]
     texels = panorama.pixels.reshape(-1, panorama.pixels.shape[-1])
-    upper, lower = (
-        texels.take(row + columns[0], axis=0) * (1 - a) + texels.take(row + columns[1], axis=0) * a for row in rows
-    )
-    result: F64 = upper * (1 - b) + lower * b
-    return result
+
+    def look_up(d: F64) -> F64:
+        u, v = texture_uv(panorama, d).T
+        x, y = u * width - 0.5, v * height - 0.5
+        left, top = np.floor(x), np.floor(y)
+        columns = [(left.astype(np.intp) + i) % width for i in (0, 1)]
+        rows = [np.clip(top.astype(np.intp) + i, 0, height - 1) * width for i in (0, 1)]
+        return bilinear(texels, [row + column for row in rows for column in columns], x - left, y - top)
+
+    return by_pieces(look_up, dir)
 
 
 def levels(pixels: F32) -> list[F32]:
