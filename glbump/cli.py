@@ -35,6 +35,11 @@ class Session:
         if not self.quiet:
             click.echo(text)
 
+    def note(self, text: str) -> None:
+        """One line about what was found and mended, on standard error."""
+        if not self.quiet:
+            click.echo(f"glbump: note: {text}", err=True)
+
 
 def common(command: Callable[..., Any]) -> Callable[..., Any]:
     """-q and --debug, kept in the session."""
@@ -231,6 +236,8 @@ def render(
         _print_json({"path": output, "size": frame.size, "stats": frame.stats})
     else:
         session.say(f"{output}  {frame.size[0]}x{frame.size[1]}")
+    for note in frame.stats.get("notes", ()):
+        session.note(note)
 
 
 @cli.command()

@@ -54,17 +54,13 @@ def bump_normal(n: npt.ArrayLike, gradient: npt.ArrayLike) -> F64:
 
 
 def tangent_frame(n: npt.ArrayLike, dpdu: npt.ArrayLike, dpdv: npt.ArrayLike) -> tuple[F64, F64]:
-    """Unit tangent along dp/du in the tangent plane, and bitangent w cross(n, t), on the side of dp/dv.
+    """Unit tangent along dp/du in the tangent plane, and unit bitangent at right angles to it on the side of dp/dv.
 
-    Where dp/du has no part in the tangent plane (below 1e-18): the plane's part across x, or y where n is
-    within 26 degrees of x.
+    Both zero where dp/du has no part in the tangent plane (below 1e-18): there is no bump.
     """
     n, pu, pv = (np.asarray(v, np.float64) for v in (n, dpdu, dpdv))
-    n, pu, pv = np.broadcast_arrays(n, pu, pv)
     along = pu - n * np.einsum("...i,...i->...", n, pu)[..., None]
-    other = np.where(np.abs(n[..., :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-    none = np.linalg.norm(along, axis=-1, keepdims=True) <= 1e-18
-    t = np.where(none, _unit(np.cross(other, n)), _unit(along))
+    t = np.where(np.linalg.norm(along, axis=-1, keepdims=True) <= 1e-18, 0.0, _unit(along))
     b = np.cross(n, t)
-    w = np.where(np.einsum("...i,...i->...", b, pv) < 0, -1.0, 1.0)[..., None]
-    return t, w * b
+    side = np.where(np.einsum("...i,...i->...", b, pv) < 0, -1.0, 1.0)[..., None]
+    return t, side * b

@@ -32,12 +32,11 @@ vec3 bump_normal(vec3 n, vec3 gradient) {
 }
 
 // Tangent and bitangent of a normal map on a surface: t along dp/du in the tangent plane, b = w cross(n, t)
-// with w the handedness of u,v, so that mirrored maps keep their +Y. Any frame where u,v have no area.
+// with w the handedness of u,v, so that mirrored maps keep their +Y. Both zero where u has no direction: no bump.
 void tangent_frame(vec3 n, vec3 dpdu, vec3 dpdv, out vec3 t, out vec3 b) {
     vec3 along = dpdu - n * dot(n, dpdu);
     float len = length(along);
-    vec3 other = abs(n.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
-    t = len > 1e-18 ? along / len : normalize(cross(other, n));
-    float w = dot(cross(n, t), dpdv) < 0.0 ? -1.0 : 1.0;
-    b = w * cross(n, t);
+    t = len > 1e-18 ? along / len : vec3(0.0);
+    b = cross(n, t);
+    b = dot(b, dpdv) < 0.0 ? -b : b;
 }
