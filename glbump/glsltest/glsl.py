@@ -126,11 +126,11 @@ class Glsl:
 
     @property
     def objects(self) -> dict[str, int]:
-        """How many GL objects of each kind calls have left for the next ones; the kinds of `live.KINDS`."""
+        """How many GL objects of each kind calls have left for the next ones; the kinds of Context.live_objects."""
         runners = list(self._runners.values())
         found = Counter(self._arena.objects if self._arena else {})
-        found["Program"] += len(runners) + self._failed
-        found["VertexArray"] += sum(hasattr(r, "vertices") for r in runners)
+        found["program"] += len(runners) + self._failed
+        found["vertexarray"] += sum(hasattr(r, "vertices") for r in runners)
         return found
 
     def __enter__(self) -> Glsl:

@@ -100,12 +100,12 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     used = getattr(item, "funcargs", {}).get("glsl")
     if used is None or used.context.native is None:
         return (yield)
-    from glbump.glsltest.live import live_objects, more
-
-    before, kept = live_objects(used.context), used.objects
+    before, kept = used.context.live_objects(), used.objects
     yield
-    grown = {kind: count - kept.get(kind, 0) for kind, count in used.objects.items()}
-    left = more(before, live_objects(used.context), grown)
+    left = []
+    for kind, count in used.context.live_objects().items():
+        grown = count - before[kind] - (used.objects.get(kind, 0) - kept.get(kind, 0))
+        left += [f"{grown} {kind}"] if grown > 0 else []
     if left:
-        pytest.fail(f"GL objects left behind: {left}; release() what the test made", pytrace=False)
+        pytest.fail(f"GL objects left behind: {', '.join(left)}; release() what the test made", pytrace=False)
     return None

@@ -135,6 +135,7 @@ class Arena:
     def _free(self, name: str) -> None:
         kept = self._kept.pop(name, None)
         if isinstance(kept, moderngl.Framebuffer):
+            self.gl.detect_framebuffer(0).use()  # moderngl binds the last one again later, and this one will be gone
             for texture in kept.color_attachments:
                 texture.release()
         if kept is not None:
@@ -149,9 +150,9 @@ class Arena:
         """How many GL objects of each kind are held."""
         found: Counter[str] = Counter()
         for kept in self._kept.values():
-            found[type(kept).__name__] += 1
+            found[type(kept).__name__.lower()] += 1
             if isinstance(kept, moderngl.Framebuffer):
-                found["Texture"] += len(kept.color_attachments)
+                found["texture"] += len(kept.color_attachments)
         return found
 
 

@@ -303,6 +303,13 @@ def test_two_contexts(glsl: Glsl) -> None:
     assert glsl(text).f(3.0) == 9.0
 
 
+def test_one_after_the_other_in_one_context(context: Context) -> None:
+    """Targets are given back with nothing of them bound: moderngl binds what was bound last again."""
+    for way in ("feedback", "fragment", "fragment"):
+        with Glsl(context, backend=way) as made:
+            assert made.load("float f(float x) { return x; }").f(2.0) == 2.0
+
+
 def test_a_moderngl_context_of_the_callers(context: Context) -> None:
     with Glsl(context.gl) as made:
         assert made.load("float f(float x) { return x; }").f(2.0) == 2.0
