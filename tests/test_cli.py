@@ -324,7 +324,7 @@ def test_broken_pipe_is_silent() -> None:
     assert (process.returncode, errors) == (1, "")
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="no /dev/full here")
 def test_full_disk_is_an_error() -> None:
     with Path("/dev/full").open("w") as full, glbump("--help", stdout=full) as process:
         _, errors = process.communicate()
