@@ -205,7 +205,9 @@ def by_pieces(look_up: Callable[[F64], F64], rows: npt.ArrayLike) -> F64:
     r = np.asarray(rows, np.float64)
     flat = r.reshape(-1, r.shape[-1])
     if len(flat) <= PIECE:
-        return look_up(flat).reshape(*r.shape[:-1], -1)
+        values = look_up(flat)
+        # Not -1: of no rows at all it cannot be told.
+        return values.reshape(*r.shape[:-1], values.shape[1])
     first = look_up(flat[:PIECE])
     result = np.empty((len(flat), first.shape[1]))
     result[:PIECE] = first
