@@ -18,6 +18,7 @@ from glbump.glsltest.records import Call, call_of
 Array = npt.NDArray[Any]
 F64 = npt.NDArray[np.float64]
 TINY = 2.0**-126  # smallest normal float32: an absolute bound for drivers that flush denormals to zero
+Bounds = tuple[float, F64, float]  # ULP, absolute, relative
 _UINTS = {2: np.uint16, 4: np.uint32, 8: np.uint64}
 
 
@@ -61,7 +62,7 @@ def assert_close(
     want: Any,
     *,
     ulps: float = 0,
-    abs: float = 0.0,
+    abs: npt.ArrayLike = 0.0,
     rel: float = 0.0,
     where: Any = None,
 ) -> None:
@@ -69,11 +70,12 @@ def assert_close(
 
     want: float64 values (shape of `got`, or one that broadcasts to it), or an Interval. NaN is wanted where
     `want` is NaN, and nowhere else; so with the infinities, and a value that `got`'s type cannot hold is
-    infinite. where: a mask of elements or of rows; the others are not compared. Integers and bools too.
-    Structs (dicts) and tuples compare part by part. Nothing to compare is a failure: such a test cannot fail.
+    infinite. abs: one bound, or one for each row or element. where: a mask of elements or of rows; the others
+    are not compared. Integers and bools too. Structs (dicts) and tuples compare part by part. Nothing to compare
+    is a failure: such a test cannot fail.
     """
     __tracebackhide__ = True
-    bounds = (float(ulps), float(abs), float(rel))
+    bounds = (float(ulps), np.asarray(abs, np.float64), float(rel))
     for name, part, wanted in _parts("", got, want):
         told = _compare(np.asarray(part), wanted, bounds, where, call_of(part))
         if told:
@@ -108,7 +110,7 @@ class _Errors:
     allowed: F64
 
 
-def _compare(got: Array, want: Any, bounds: tuple[float, float, float], where: Any, call: Call | None) -> str:
+def _compare(got: Array, want: Any, bounds: Bounds, where: Any, call: Call | None) -> str:
     low, high = (want.low, want.high) if isinstance(want, Interval) else (want, want)
     try:
         low, high = (np.broadcast_to(np.asarray(b, np.float64), got.shape) for b in (low, high))
@@ -117,7 +119,7 @@ def _compare(got: Array, want: Any, bounds: tuple[float, float, float], where: A
     mask = _mask(where, got.shape)
     if not mask.any():
         return "nothing to compare: " + ("no elements" if got.size == 0 else "where= leaves none")
-    found = _errors(got, low, high, bounds)
+    found = _errors(got, low, high, (bounds[0], _spread(bounds[1], got.shape), bounds[2]))
     failed = mask & ~found.passed
     return _report(got, low, high, failed, mask, found, bounds, call) if failed.any() else ""
 
@@ -125,13 +127,17 @@ def _compare(got: Array, want: Any, bounds: tuple[float, float, float], where: A
 def _mask(where: Any, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
     if where is None:
         return np.ones(shape, bool)
-    mask = np.asarray(where, bool)
-    if mask.ndim < len(shape) and mask.shape == shape[: mask.ndim]:
-        mask = mask.reshape(mask.shape + (1,) * (len(shape) - mask.ndim))
-    return np.broadcast_to(mask, shape)
+    return _spread(np.asarray(where, bool), shape)
 
 
-def _errors(got: Array, low: F64, high: F64, bounds: tuple[float, float, float]) -> _Errors:
+def _spread(values: npt.NDArray[Any], shape: tuple[int, ...]) -> npt.NDArray[Any]:
+    """Values of rows (the first axes of `shape`), or of elements, for every element."""
+    if 0 < values.ndim < len(shape) and values.shape == shape[: values.ndim]:
+        values = values.reshape(values.shape + (1,) * (len(shape) - values.ndim))
+    return np.broadcast_to(values, shape)
+
+
+def _errors(got: Array, low: F64, high: F64, bounds: Bounds) -> _Errors:
     values = got.astype(np.float64)
     floats = got.dtype.kind == "f"
     if floats:  # what the type cannot hold is infinite
@@ -158,7 +164,7 @@ def _report(
     failed: npt.NDArray[np.bool_],
     mask: npt.NDArray[np.bool_],
     found: _Errors,
-    bounds: tuple[float, float, float],
+    bounds: Bounds,
     call: Call | None,
 ) -> str:
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -168,8 +174,13 @@ def _report(
     axes = len(call.lead) if call else max(got.ndim - 1, 1) if got.ndim else 0
     rows = failed.reshape((*got.shape[:axes], -1)).any(-1)
     counted = mask.reshape((*got.shape[:axes], -1)).any(-1)
-    limits = [f"{bounds[0]:g} ULP", f"{bounds[1]:g} absolute", f"{bounds[2]:g} relative"]
-    allowed = " or ".join(text for text, b in zip(limits, bounds, strict=True) if b) or "nothing"
+    absolute = float(_spread(bounds[1], got.shape)[worst])
+    limits = (
+        (bounds[0], "ULP"),
+        (absolute, "absolute" if bounds[1].ndim == 0 else "absolute there"),
+        (bounds[2], "relative"),
+    )
+    allowed = " or ".join(f"{b:g} {text}" for b, text in limits if b) or "nothing"
     name = f"{call.plan.signature.name}: " if call else ""
     lines = [f"{name}{int(rows.sum())} of {int(counted.sum())} rows differ by more than {allowed}"]
     place = (f"row {_index(worst[:axes])}" if axes else "the one row") + (

@@ -4,9 +4,11 @@
 const float INV_PI = 0.31830988618379067154;
 
 // Place in a latitude-longitude picture: centre -Z, v down. No asin or acos: near the poles, and on drivers
-// whose asin is coarse, atan keeps 3.5e-6 rad. dir_env need not be unit length.
+// whose asin is coarse, atan keeps 3.5e-6 rad. dir_env need not be unit length. Straight up and down u is 1/2:
+// GLSL leaves atan(0, 0) undefined, and drivers differ.
 vec2 latlong_uv(vec3 dir_env) {
-    return vec2(0.5 + 0.5 * INV_PI * atan(dir_env.x, -dir_env.z),
+    float ahead = dir_env.x == 0.0 && dir_env.z == 0.0 ? 1.0 : -dir_env.z;
+    return vec2(0.5 + 0.5 * INV_PI * atan(dir_env.x, ahead),
                 0.5 - INV_PI * atan(dir_env.y, length(dir_env.xz)));
 }
 

@@ -17,3 +17,12 @@ vec3 glossy_share(vec3 f0, float n_dot_v, float roughness) {
     float b = max(dfg.y, 0.0);
     return (f0 * dfg.x + b) / (dfg.x + b);
 }
+
+// Direction to look up a chain that was blurred for n = v = r: off the mirror direction towards the normal, as the
+// peak of a broad lobe is, because what lies below the horizon is cut off. After Lagarde and de Rousiers, "Moving
+// Frostbite to Physically Based Rendering", 2014, section 4.9.3. Not unit length; n and mirror_dir are.
+vec3 lobe_dir(vec3 n, vec3 mirror_dir, float roughness) {
+    float alpha = roughness * roughness;
+    float smoothness = 1.0 - alpha;
+    return mix(n, mirror_dir, smoothness * (sqrt(smoothness) + alpha));
+}

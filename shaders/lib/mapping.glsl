@@ -12,8 +12,10 @@ float sphere_step(vec3 p_object, vec3 dir_object, float radius) {
     return -b - sqrt(max(b * b - c, 0.0));
 }
 
+// On the axis u is 1/2: GLSL leaves atan(0, 0) undefined, and drivers differ.
 vec2 sphere_uv(vec3 p_object) {
-    return vec2(0.5 + atan(p_object.x, p_object.z) / (2.0 * PI),
+    float z = p_object.x == 0.0 && p_object.z == 0.0 ? 1.0 : p_object.z;
+    return vec2(0.5 + atan(p_object.x, z) / (2.0 * PI),
                 0.5 + atan(p_object.y, length(p_object.xz)) / PI);
 }
 
@@ -54,7 +56,8 @@ vec3 torus_normal(vec3 p_object, float radius) {
 }
 
 vec2 torus_uv(vec3 p_object, float radius) {
-    return vec2(0.5 + atan(p_object.x, p_object.z) / (2.0 * PI),
+    float z = p_object.x == 0.0 && p_object.z == 0.0 ? 1.0 : p_object.z;
+    return vec2(0.5 + atan(p_object.x, z) / (2.0 * PI),
                 0.5 + atan(p_object.y, length(p_object.xz) - radius) / (2.0 * PI));
 }
 

@@ -70,6 +70,13 @@ def test_where_takes_rows_and_elements() -> None:
         ulp.assert_close(got, want, where=[True, False])
 
 
+def test_a_bound_for_each_row() -> None:
+    got, want = np.array([[1.0, 2.0], [3.0, 4.0]], np.float32), np.array([[1.5, 2.0], [3.0, 4.5]])
+    ulp.assert_close(got, want, abs=[0.5, 0.5])
+    with pytest.raises(AssertionError, match=r"1 of 2 rows differ by more than 0\.25 absolute there\nworst: row 1"):
+        ulp.assert_close(got, want, abs=[0.5, 0.25])
+
+
 def test_nothing_to_compare_is_a_failure() -> None:
     with pytest.raises(AssertionError, match="nothing to compare: no elements"):
         ulp.assert_close(np.zeros((0, 3), np.float32), 0.0)

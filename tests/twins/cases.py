@@ -1,0 +1,432 @@
+"""For each function of shaders/lib: the rows it is tried on, how near its twin it must come, and why so near.
+
+eps is half a unit in the last place of 1: one rounding of a float32. Bounds that depend on the row are functions
+of the arguments and of the twin's answer, in float64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.glsltest import inputs
+
+F64 = npt.NDArray[np.float64]
+Rows = tuple[Any, ...]
+EPS = 2.0**-24
+# Mesa's atan is within 3.5e-6 rad everywhere (STACK); its sin and cos within 1.5 ULP of 1.
+ATAN = 3.5e-6
+
+
+@dataclass(frozen=True)
+class Case:
+    """How one function is compared with its twin.
+
+    rows: its arguments. ulps, abs: the bounds; abs may be a function of (arguments, wanted). reason: why these.
+    period: what one may add to a component without changing what it means (0: nothing). where: rows to compare,
+    as a function of the arguments, where the formula has no one answer.
+    """
+
+    rows: Callable[[], Rows]
+    reason: str
+    ulps: float = 0
+    abs: float | Callable[..., Any] = 0.0
+    period: tuple[float, ...] = ()
+    where: Callable[..., Any] | None = None
+
+
+def dot(a: npt.ArrayLike, b: npt.ArrayLike) -> F64:
+    """Sum of products over the last axis."""
+    return np.einsum("...i,...i->...", np.asarray(a, np.float64), np.asarray(b, np.float64))
+
+
+def length(a: npt.ArrayLike) -> F64:
+    return np.sqrt(dot(a, a))
+
+
+def _scaled(directions: npt.NDArray[np.float32], low: float, high: float, seed: int = 9) -> npt.NDArray[np.float32]:
+    """Directions at lengths from low to high, as many in each octave."""
+    return directions * inputs.log_uniform(len(directions), low, high, (1,), seed)
+
+
+def _around(count: int, radius: npt.NDArray[np.float32], seed: int) -> npt.NDArray[np.float32]:
+    """Points within a hundredth of `radius` of spheres of that radius: all over, and at axes and edges."""
+    made = np.resize(inputs.directions(count, seed), (count, 3))
+    return made * (radius * inputs.uniform(count, 0.99, 1.01, seed=seed))[:, None]
+
+
+# ---- bump
+
+
+def _frames(scale: float = 1e10) -> Rows:
+    """n, dp/du, dp/dv at all angles but the flattest, of all lengths, tilted out of the tangent plane; slopes.
+
+    The last rows have no area: one length zero, or both derivatives along the same line.
+    """
+    count = 4000
+    n = inputs.directions(count, 1)[-count:]
+    u, v = inputs.unit_vectors(count, 2), inputs.unit_vectors(count, 3)
+    keep = np.abs(dot(n, np.cross(u, v))) > 0.05
+    n, u, v = n[keep], u[keep], v[keep]
+    u, v = _scaled(u, 1 / scale, scale, 4), _scaled(v, 1 / scale, scale, 5)
+    slope = inputs.uniform(len(n), -1, 1, (2,), 6) * inputs.log_uniform(len(n), 1e-6, 1e6, (1,), 7)
+    u[-30:-20], v[-20:-10], v[-10:] = 0.0, 0.0, 2 * u[-10:]
+    return n, u, v, slope
+
+
+def _gradient_bound(n: Any, dpdu: Any, dpdv: Any, slope: Any, want: F64) -> F64:
+    lu, lv = length(dpdu), length(dpdv)
+    full = (lu > 0) & (lv > 0)
+    lu, lv = np.where(full, lu, 1.0), np.where(full, lv, 1.0)
+    j = np.abs(dot(n, np.cross(np.asarray(dpdu, float) / lu[:, None], np.asarray(dpdv, float) / lv[:, None])))
+    each = np.abs(slope[:, 0]) / lu + np.abs(slope[:, 1]) / lv
+    return np.where(full & (j > 1e-3), 16 * EPS * each / np.maximum(j, 1e-3) ** 2, 0.0)
+
+
+def _square_frames() -> Rows:
+    """dp/du and dp/dv at right angles, of lengths 1e-15 to 1e15; the last rows have none along one of them."""
+    n, other = inputs.unit_vectors(2000, 1).astype(float), inputs.unit_vectors(2000, 2).astype(float)
+    u = np.cross(n, other)
+    u /= length(u)[:, None]
+    v = np.cross(n, u)
+    u, v = _scaled(u.astype(np.float32), 1e-15, 1e15, 3), _scaled(v.astype(np.float32), 1e-15, 1e15, 4)
+    slope = inputs.uniform(2000, -1, 1, (2,), 5) * inputs.log_uniform(2000, 1e-3, 1e3, (1,), 6)
+    u[-40:-20], v[-20:] = 0.0, 0.0
+    return u, v, slope
+
+
+def _orthogonal_bound(dpdu: Any, dpdv: Any, slope: Any, want: F64) -> F64:
+    lengths = [np.where(length(d) > 0, length(d), np.inf) for d in (dpdu, dpdv)]
+    return 8 * EPS * sum(np.abs(slope[:, i]) / lengths[i] for i in (0, 1))
+
+
+def _normals_and_gradients() -> Rows:
+    """Gradients in the tangent plane, from nothing to 1e30: past 1e18 their squares overflow."""
+    n, other = inputs.directions(2000, 1), inputs.directions(2000, 2)
+    flat = other - n * dot(n, other)[:, None]
+    steep = np.concatenate([[0.0], inputs.log_uniform(len(n) - 1, 1e-30, 1e30, seed=3)])
+    return n, (flat * steep[:, None]).astype(np.float32)
+
+
+def _tilted_frames() -> Rows:
+    n, u, v, _ = _frames()
+    return n[:-10], u[:-10], v[:-10]
+
+
+def _frame_bound(n: Any, dpdu: Any, dpdv: Any, want: Any) -> F64:
+    along = length(np.asarray(dpdu, float) - np.asarray(n, float) * dot(n, dpdu)[:, None])
+    return 8 * EPS * np.where(along > 0, length(dpdu) / np.where(along > 0, along, 1.0), 1.0)
+
+
+def _has_a_side(n: Any, dpdu: Any, dpdv: Any) -> Any:
+    """b's sign is that of b . dp/dv: not where the two are within rounding of a right angle, unless b is zero."""
+    side = np.abs(dot(np.cross(np.asarray(n, float), dpdu), dpdv))
+    return (side > 1e-4 * length(dpdu) * length(dpdv)) | (length(dpdu) == 0)
+
+
+# ---- mapping
+
+
+def _rays_near_a_sphere() -> Rows:
+    """Points within 1 % of spheres of radius 1e-5 to 1e5, rays in all directions, through and past the sphere."""
+    radius = inputs.log_uniform(4000, 1e-5, 1e5, seed=2)
+    return _around(4000, radius, 1), inputs.unit_vectors(4000, 3), radius
+
+
+def _sphere_step_bound(p: Any, d: Any, radius: Any, want: F64) -> F64:
+    root = np.abs(want + dot(p, d))  # sqrt(b^2 - c); its argument is off by some roundings of radius^2
+    r = np.asarray(radius, np.float64)
+    return 8 * EPS * r + 8 * EPS * r * r / np.maximum(root, np.sqrt(8 * EPS) * r)
+
+
+def _sphere_points() -> Rows:
+    return (_scaled(inputs.directions(3000, 4), 1e-12, 1e12),)
+
+
+def _torus(count: int = 4000) -> tuple[Any, Any, Any, Any]:
+    """Points on tori of radius 1, their angles, and the tube; poles of the tube and the seam among them."""
+    turns = np.concatenate([np.array([-1, -0.5, 0, 0.5, 1]), inputs.uniform(count - 5, -1, 1, seed=1)]) * np.pi
+    psi = np.concatenate([np.array([0, 0.5, -0.5, 1, 0]), inputs.uniform(count - 5, -1, 1, seed=2)]) * np.pi
+    tube = inputs.uniform(count, 0.05, 0.9, seed=3).astype(np.float64)
+    ring = 1 + tube * np.cos(psi)
+    p = np.stack([ring * np.sin(turns), tube * np.sin(psi), ring * np.cos(turns)], axis=-1)
+    outwards = np.stack([np.cos(psi) * np.sin(turns), np.sin(psi), np.cos(psi) * np.cos(turns)], axis=-1)
+    return p, outwards, tube, inputs.unit_vectors(count, 5).astype(np.float64)
+
+
+def _torus_points() -> Rows:
+    """Points within 5 % of the tube from the torus, and some on its axis, where u is 1/2 by rule."""
+    p, outwards, tube, _ = _torus()
+    off = inputs.uniform(len(p), -0.05, 0.05, seed=4)
+    p = p + (off * tube)[:, None] * outwards
+    p[-5:, [0, 2]] = 0.0
+    return p.astype(np.float32), np.float32(1.0)
+
+
+def _torus_rays() -> Rows:
+    """Points within 2 % of the tube from the torus, as its mesh's are; rays in all directions."""
+    p, outwards, tube, dirs = _torus()
+    p = p + (inputs.uniform(len(p), -0.02, 0.02, seed=6) * tube)[:, None] * outwards
+    return p.astype(np.float32), dirs.astype(np.float32), np.float32(1.0), tube.astype(np.float32)
+
+
+def _meets_the_torus(p: Any, d: Any, radius: Any, tube: Any) -> Any:
+    """Rays at more than 20 degrees to the surface: flatter ones need more than three steps, or pass outside."""
+    ring = np.hypot(p[:, 0], p[:, 2])[:, None]
+    centre = np.stack([p[:, 0], 0 * p[:, 0], p[:, 2]], axis=-1) / ring
+    outwards = p - centre
+    return np.abs(dot(outwards / length(outwards)[:, None], d)) > np.sin(np.radians(20))
+
+
+def _tube_bound(p: Any, radius: Any, want: F64) -> F64:
+    across = np.hypot(np.hypot(p[:, 0], p[:, 2]) - 1.0, p[:, 1])
+    return 6 * EPS / across
+
+
+def _tube_uv_bound(p: Any, radius: Any, want: F64) -> F64:
+    return (_tube_bound(p, radius, want) + ATAN) / (2 * np.pi) + EPS
+
+
+def _quads() -> Rows:
+    """Flat convex quads in any plane, parallelograms among them, of sizes 1e-3 to 1e3, and points inside and on them."""
+    count = 4000
+    rng = np.random.default_rng(1)
+    plane = np.stack([inputs.unit_vectors(count, 2), inputs.unit_vectors(count, 3)], axis=1).astype(float)
+    plane[:, 1] = np.cross(plane[:, 0], plane[:, 1])
+    plane[:, 1] /= length(plane[:, 1])[:, None]
+    flat = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) + rng.uniform(-0.35, 0.35, (count, 4, 2))
+    flat[:500, 2] = flat[:500, 1] + flat[:500, 3] - flat[:500, 0]
+    size = inputs.log_uniform(count, 1e-3, 1e3, (1, 1), 4)
+    corners = (np.einsum("nki,nij->nkj", flat, plane) * size).astype(np.float32)
+    u, v = inputs.uniform(count, 0, 1, seed=5)[:, None], inputs.uniform(count, 0, 1, seed=6)[:, None]
+    u[:4], v[:4] = [[0], [1], [1], [0]], [[0], [0], [1], [1]]
+    a, b, c, d = (corners[:, i].astype(float) for i in range(4))
+    p = (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+    return (p.astype(np.float32), *(corners[:, i] for i in range(4)))
+
+
+def _quad_uv() -> Rows:
+    uv = np.concatenate([inputs.uniform(len(_quads()[0]) - 4, shape=(2,)), [[0, 0], [1, 0], [1, 1], [0, 1]]])
+    return (uv.astype(np.float32), *_quads()[1:])
+
+
+def _edge_bound(uv: Any, a: Any, b: Any, c: Any, d: Any, want: F64) -> F64:
+    return 6 * EPS * np.maximum.reduce([length(x) for x in (a, b, c, d)])
+
+
+def _triangles() -> Rows:
+    """Triangles with angles of all sizes down to some degrees, points in and round them; the last have no area."""
+    a, b, c = (inputs.uniform(3000, -1, 1, (3,), seed) for seed in (1, 2, 3))
+    w = inputs.uniform(3000, -0.5, 1.0, (2,), 4)
+    p = (a + w[:, :1] * (b - a) + w[:, 1:] * (c - a)).astype(np.float32)
+    keep = _area(a, b, c) > 0.05
+    p, a, b, c = p[keep], a[keep], b[keep], c[keep]
+    b[-5:], c[-3:] = a[-5:], a[-3:]
+    return p, a, b, c
+
+
+def _area(a: Any, b: Any, c: Any) -> F64:
+    return length(np.cross(np.asarray(b, float) - a, np.asarray(c, float) - a))
+
+
+def _barycentric_bound(p: Any, a: Any, b: Any, c: Any, want: F64) -> F64:
+    longest = np.maximum.reduce([length(x - a) for x in (b, c, p)])
+    area = _area(a, b, c)
+    return np.where(area > 0, 16 * EPS * longest**2 / np.where(area > 0, area, 1.0), 0.0)
+
+
+# ---- environment, filter, reflection
+
+
+def _directions_of_all_lengths() -> Rows:
+    return (_scaled(inputs.directions(4000, 1), 1e-15, 1e15),)
+
+
+def _picture_places() -> Rows:
+    ends = np.array([[0, 0], [1, 1], [0.5, 0], [0.5, 1], [0, 0.5], [1, 0.5], [0.25, 0.25]], np.float32)
+    return (np.concatenate([ends, inputs.uniform(4000, shape=(2,))]),)
+
+
+def _faces_and_places() -> Rows:
+    st = np.concatenate([[[0, 0], [1, 1], [0.5, 0.5], [0, 1]], inputs.uniform(500, shape=(2,))]).astype(np.float32)
+    face, row = np.meshgrid(np.arange(6), np.arange(len(st)))
+    return face.ravel(), st[row.ravel()]
+
+
+def _irradiance() -> Rows:
+    n = inputs.directions(2000, 1)
+    return n, inputs.uniform(len(n), -1, 1, (9, 3), 2)
+
+
+def _footprints(size: int) -> Callable[[], Rows]:
+    def made() -> Rows:
+        pair = [
+            inputs.uniform(3000, -1, 1, (size,), s) * inputs.log_uniform(3000, 1e-17, 1e17, (1,), 4) for s in (2, 3)
+        ]
+        pair[0][:3], pair[1][1:4] = 0.0, 0.0
+        return (*pair,)
+
+    return made
+
+
+def _direction_footprints() -> Rows:
+    ddx, ddy = (inputs.unit_vectors(3000, s) * inputs.log_uniform(3000, 1e-8, 1.0, (1,), s) for s in (1, 2))
+    ddx[:2], ddy[1:3] = 0.0, 0.0
+    return ddx, ddy, inputs.log_uniform(3000, 1.0, 1e5, seed=3)
+
+
+def _angles_and_roughness() -> Rows:
+    ends = np.array([0, 1, 0.5, 1e-4], np.float32)
+    return inputs.every(np.append(ends, inputs.uniform(60, seed=1)), np.append(ends, inputs.uniform(60, seed=2)))
+
+
+def _shares() -> Rows:
+    """Angles past both ends as well: a bent normal may face away."""
+    angle, roughness = _angles_and_roughness()
+    f0 = inputs.uniform(len(angle), shape=(3,), seed=3)
+    f0[::7], f0[::11] = 1.0, 0.0
+    return f0, angle * 3 - 1, roughness
+
+
+CASES: dict[str, Case] = {
+    "bump.surface_gradient": Case(
+        _frames,
+        "cross products and j are off by some roundings of unit vectors, and j divides the sum of both terms",
+        abs=_gradient_bound,
+    ),
+    "bump.orthogonal_gradient": Case(
+        _square_frames,
+        "two squared lengths, two divisions, two products and a sum: 8 roundings of each term's length",
+        abs=_orthogonal_bound,
+    ),
+    "bump.bump_normal": Case(
+        _normals_and_gradients,
+        "a difference, a division, an inverse root of 1.5 ULP and two products, of components below 1",
+        abs=6 * EPS,
+    ),
+    "bump.tangent_frame": Case(
+        _tilted_frames,
+        "dp/du less its part along n cancels as much as dp/du is longer than what is left",
+        abs=_frame_bound,
+        where=_has_a_side,
+    ),
+    "environment.latlong_uv": Case(
+        _directions_of_all_lengths,
+        "two atan of 3.5e-6 rad, divided by 2 pi and pi; the ends of u are one meridian",
+        abs=ATAN / np.pi + 2 * EPS,
+        period=(1.0, 0.0),
+    ),
+    "environment.latlong_dir": Case(
+        _picture_places,
+        "angles up to pi rounded three times, sine and cosine of 1.5 ULP",
+        abs=3 * np.pi * EPS + 4 * EPS,
+    ),
+    "environment.cube_dir": Case(_faces_and_places, "2 st is exact, and one rounding takes 1 away", abs=EPS),
+    "environment.cube_border_dir": Case(
+        lambda: (_directions_of_all_lengths()[0], np.float32(511 / 512)),
+        "a division (2.5 ULP where it is a reciprocal) and a product",
+        ulps=4,
+    ),
+    "environment.sh9_irradiance": Case(
+        _irradiance,
+        "nine terms, the largest 2, of four roundings each, and eight sums of up to 9",
+        abs=(9 * 2 * 4 + 8 * 9) * EPS,
+    ),
+    "filter.wrapped_difference": Case(
+        lambda: (inputs.floats(-1e6, 1e6)[:, None] + inputs.uniform(2, -2, 2)[None, :] * [[1, 0.5]],),
+        "x - round(x) is exact; a half may go either way",
+        period=(1.0, 1.0),
+    ),
+    "filter.isotropic_level": Case(
+        _footprints(2),
+        "log2 of 3 ULP at up to 126, halved; 1e-6 where the logarithm is near 0",
+        ulps=3,
+        abs=1e-6,
+    ),
+    "filter.direction_level": Case(
+        _direction_footprints, "log2 of 3 ULP at up to 126, halved; 1e-6 near 0", ulps=3, abs=1e-6
+    ),
+    "ggx.dfg_fit": Case(
+        _angles_and_roughness,
+        "some ten roundings of terms near 1, and exp2 of 3 ULP",
+        abs=16 * EPS,
+    ),
+    "ggx.glossy_share": Case(
+        _shares,
+        "(F0 A + B) / (A + B), where A + B is 0.3 at least, of factors within 16 roundings",
+        abs=2 * 16 / 0.3 * EPS,
+    ),
+    "mapping.sphere_step": Case(
+        _rays_near_a_sphere,
+        "b^2 - c is off by some roundings of radius^2; near the outline the root makes its square root of it",
+        abs=_sphere_step_bound,
+    ),
+    "mapping.sphere_uv": Case(
+        _sphere_points,
+        "two atan of 3.5e-6 rad, divided by 2 pi and pi; the ends of u are one meridian",
+        abs=ATAN / np.pi + 2 * EPS,
+        period=(1.0, 0.0),
+    ),
+    "mapping.sphere_dpdu": Case(_sphere_points, "2 pi rounded, and a product", ulps=2),
+    "mapping.sphere_dpdv": Case(
+        _sphere_points,
+        "a length (2 ULP), a division (2.5 ULP), pi rounded and two products; a point nearer the axis than 1e-18 of "
+        "the unit counts as a pole, because its square underflows",
+        abs=lambda p, want: 8 * np.pi * EPS * length(p),
+        where=lambda p: (np.hypot(p[:, 0], p[:, 2]) > 1e-18) | (np.hypot(p[:, 0], p[:, 2]) == 0),
+    ),
+    "mapping.torus_step": Case(
+        _torus_rays,
+        "the distance is off by some roundings of the radius, over the sine of 20 degrees; Newton's rest is below it",
+        abs=16 * EPS / np.sin(np.radians(20)),
+        where=_meets_the_torus,
+    ),
+    "mapping.torus_normal": Case(
+        _torus_points, "hypot(x, z) - radius is off by some roundings of 2, over the tube", abs=_tube_bound
+    ),
+    "mapping.torus_uv": Case(
+        _torus_points,
+        "as torus_normal, and an atan of 3.5e-6 rad, over 2 pi; both coordinates go round",
+        abs=_tube_uv_bound,
+        period=(1.0, 1.0),
+    ),
+    "mapping.torus_dpdu": Case(lambda: _torus_points()[:1], "2 pi rounded, and a product", ulps=2),
+    "mapping.torus_dpdv": Case(
+        _torus_points, "hypot(x, z) - radius is off by some roundings of 2, times 2 pi", abs=2 * np.pi * 6 * EPS
+    ),
+    "mapping.inverse_bilinear": Case(
+        _quads,
+        "three products of differences that each lost some roundings, over areas of a third of the quad at least",
+        abs=64 * EPS,
+    ),
+    "mapping.bilinear_dpdu": Case(
+        _quad_uv, "mix of two differences: six roundings of the longest corner", abs=_edge_bound
+    ),
+    "mapping.bilinear_dpdv": Case(
+        _quad_uv, "mix of two differences: six roundings of the longest corner", abs=_edge_bound
+    ),
+    "mapping.barycentric": Case(
+        _triangles,
+        "products of edges off by some roundings, over the area; zero area is told from none exactly",
+        abs=_barycentric_bound,
+    ),
+    "reflect.reflect_dir": Case(
+        lambda: (inputs.directions(4000, 1), inputs.directions(4000, 2)),
+        "a dot product of three roundings, doubled, times n, and a difference, all of at most 2",
+        abs=10 * EPS,
+    ),
+    "reflect.f0_from_ior": Case(
+        lambda: (np.concatenate([[1.0], inputs.uniform(1000, 1, 4)]),),
+        "a quotient squared: 2 (0.5 + 0.5 + 2.5) + 0.5 ULP; near ior 1 the difference is exact",
+        ulps=8,
+    ),
+    "reflect.fresnel_schlick": Case(
+        lambda: (inputs.uniform(3000, shape=(3,)), inputs.uniform(3000, -0.5, 1.5, seed=2)),
+        "1 - cos is rounded once and taken to the fifth power: 5 + 6 roundings of what is at most 1",
+        abs=12 * EPS,
+    ),
+}
