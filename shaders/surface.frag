@@ -191,7 +191,7 @@ vec3 light(vec3 dir_env, vec3 n_env) {
     vec3 result = share * environment_radiance(look_env);
 #else
     vec3 share = glossy_share(f0, n_dot_v, roughness);
-    vec3 glossy = textureLod(gloss, look_env, gloss_level).rgb;
+    vec3 glossy = textureLod(gloss, lobe_dir(n_env, look_env, roughness), gloss_level).rgb;
 #if EXPOSURE
     glossy *= exposure_factor;
 #endif

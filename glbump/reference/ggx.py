@@ -23,3 +23,14 @@ def glossy_share(f0: npt.ArrayLike, n_dot_v: npt.ArrayLike, roughness: npt.Array
     a, b = ab[..., :1], np.maximum(ab[..., 1:], 0)
     result: F64 = (np.asarray(f0, np.float64) * a + b) / (a + b)
     return result
+
+
+def lobe_dir(n: npt.ArrayLike, mirror_dir: npt.ArrayLike, roughness: npt.ArrayLike) -> F64:
+    """(..., 3) where a broad lobe peaks, between the unit normal and the unit mirror direction; not unit length.
+
+    Lagarde and de Rousiers, "Moving Frostbite to Physically Based Rendering", 2014, section 4.9.3.
+    """
+    n, r = np.asarray(n, np.float64), np.asarray(mirror_dir, np.float64)
+    alpha = np.asarray(roughness, np.float64)[..., None] ** 2
+    share = (1 - alpha) * (np.sqrt(1 - alpha) + alpha)
+    return n + (r - n) * share

@@ -242,7 +242,9 @@ class _Shader:
 
         if roughness > 0:
             chain = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
-            mirrored = self.exposure * cube.sample_levels(chain, look, roughness * (len(chain) - 1))
+            mirrored = self.exposure * cube.sample_levels(
+                chain, ggx.lobe_dir(n_env, look, roughness), roughness * (len(chain) - 1)
+            )
         else:
             mirrored = self.environment(look, at)
         result = share((1 - metallic) * dielectric + metallic * color) * mirrored
