@@ -20,6 +20,8 @@ CHROME = Material(metallic=1, roughness=0)
 GOLD = Material(base_color=(1.0, 0.71, 0.29), metallic=1, roughness=0.12)
 COPPER = Material(base_color=(0.95, 0.49, 0.32), metallic=1, roughness=0.15)
 
+ROW_CAMERA = Camera(eye=(0, -0.25, 7.0), target=(0, 0.12, 0), fov=19)
+
 
 @dataclass(frozen=True)
 class Exhibit:
@@ -56,28 +58,32 @@ def _golf_ball(maps: Path) -> Scene:
 
 
 def _brick_torus(maps: Path) -> Scene:
-    bump = Bump(maps / "bricks.exr", amplitude=0.03, repeat=(6, 2))
+    bump = Bump(maps / "bricks.exr", amplitude=0.024, repeat=(6, 2))
     turned = Transform(rotate=(58, 0, 14))
     return Scene([Surface(Torus(1.0, 0.42), GOLD, bump, turned)], _evening(maps), Camera(eye=(0, 0.2, 3.9), fov=45))
 
 
 def _quilted_cube(maps: Path) -> Scene:
     bump = NormalMap(maps / "quilt.png", repeat=(1, 1))
-    material = Material(base_color=(0.93, 0.93, 0.96), metallic=1, roughness=0.18)
-    turned = Transform(rotate=(24, -38, 0), scale=0.82)
-    return Scene([Surface(Cube(), material, bump, turned)], _evening(maps), Camera(eye=(0, 0.2, 3.9), fov=45))
+    material = Material(base_color=(0.30, 0.42, 0.68), metallic=1, roughness=0.3)
+    turned = Transform(rotate=(0, -36, 0), scale=0.8)
+    return Scene(
+        [Surface(Cube(), material, bump, turned)],
+        _evening(maps),
+        Camera(eye=(0, 1.35, 3.9), target=(0, 0.12, 0), fov=45),
+    )
 
 
 def _lake(maps: Path) -> Scene:
     water = Material(base_color=(0.006, 0.016, 0.020), roughness=0.0, ior=1.33)
-    bump = Bump(maps / "waves.exr", amplitude=0.10, repeat=(14, 14))
+    bump = Bump(maps / "waves.exr", amplitude=0.05, repeat=(14, 14))
     surface = Surface(Plane((60, 60)), water, bump, Transform(translate=(0, -0.55, -22)))
     camera = Camera(eye=(0, 0.15, 4), target=(0, 0.12, -4), fov=42)
     return Scene([surface], _evening(maps), camera)
 
 
 def _trefoil(maps: Path) -> Scene:
-    bump = Bump(maps / "weave.exr", amplitude=0.035, repeat=(5, 0.5))
+    bump = Bump(maps / "weave.exr", amplitude=0.03, repeat=(5, 0.5))
     surface = Surface(MeshFile(maps / "knot.obj"), COPPER, bump, Transform(rotate=(0, -18, 0)))
     return Scene([surface], _evening(maps), Camera(eye=(0, 0.2, 4.0), fov=45))
 
@@ -93,7 +99,7 @@ def _row(materials: Iterable[Material], spacing: float = 1.12) -> list[Surface]:
 
 def _metals(maps: Path) -> Scene:
     row = _row(replace(GOLD, roughness=i / 6) for i in range(7))
-    return Scene(row, _evening(maps), Camera(eye=(0, 0.5, 7.0), fov=16))
+    return Scene(row, _evening(maps), ROW_CAMERA)
 
 
 def _dielectrics(maps: Path) -> Scene:
@@ -107,7 +113,7 @@ def _dielectrics(maps: Path) -> Scene:
         (0.02, 0.02, 0.02),
     )
     row = _row(Material(base_color=c, roughness=0.6 * (1 - i / 6)) for i, c in enumerate(colours))
-    return Scene(row, _evening(maps), Camera(eye=(0, 0.5, 7.0), fov=16))
+    return Scene(row, _evening(maps), ROW_CAMERA)
 
 
 def _ringed(maps: Path) -> Scene:
@@ -124,12 +130,12 @@ def _orthographic(maps: Path) -> Scene:
     blue = Material(base_color=(0.05, 0.14, 0.40), roughness=0.2)
     dimpled = Bump(maps / "dimples.exr", amplitude=0.03, repeat=(2.5, 1.25))
     surfaces = [
-        Surface(Cube((1.2, 1.2, 1.2)), red, leather, Transform(translate=(-1.0, 0, 1.0))),
+        Surface(Cube((1.2, 1.2, 1.2)), red, leather, Transform(translate=(-0.92, 0, 0.92))),
         Surface(Sphere(0.66), chrome, transform=Transform(translate=(0.95, 0.06, 1.0))),
         Surface(Sphere(0.66), blue, dimpled, Transform(translate=(-1.0, 0.06, -0.95))),
         Surface(Torus(0.5, 0.2), GOLD, transform=Transform(translate=(0.95, 0, -0.95), rotate=(0, 0, 0))),
     ]
-    camera = Camera(eye=(5, 4.2, 5), target=(0, -0.1, 0), projection="orthographic", height=4.4)
+    camera = Camera(eye=(5, 4.2, 5), target=(0, -0.1, 0), projection="orthographic", height=3.9)
     return Scene(surfaces, _evening(maps), camera)
 
 
@@ -143,14 +149,14 @@ EXHIBITS = (
     Exhibit("mirror-ball", "A mirror: each pixel is the environment along the reflection vector", _mirror_ball),
     Exhibit("normal-lookup", "The same ball, looked up by its normal instead", _normal_lookup),
     Exhibit("brick-torus", "A ring of gold bricks", _brick_torus),
-    Exhibit("quilted-cube", "A normal map on a brushed metal cube", _quilted_cube),
+    Exhibit("quilted-cube", "A normal map on a cube of anodised metal", _quilted_cube),
     Exhibit("trefoil", "A mesh file: a knot of woven copper", _trefoil),
     Exhibit("golf-ball", "Dimples in glossy white lacquer", _golf_ball),
     Exhibit("ringed-stone", "Two surfaces: rough stone in a chrome ring", _ringed),
     Exhibit("lake", "A bumped plane at a grazing angle: ripples on water", _lake, (960, 540)),
-    Exhibit("metals", "Gold, roughness 0 to 1", _metals, (1120, 240)),
-    Exhibit("dielectrics", "Lacquer, roughness 0.6 to 0", _dielectrics, (1120, 240)),
-    Exhibit("orthographic", "An orthographic camera: parallel edges stay parallel", _orthographic),
+    Exhibit("metals", "Gold, roughness 0 to 1", _metals, (1120, 300)),
+    Exhibit("dielectrics", "Lacquer, roughness 0.6 to 0", _dielectrics, (1120, 300)),
+    Exhibit("orthographic", "An orthographic camera: parallel edges stay parallel", _orthographic, (720, 540)),
     Exhibit("axes", "A cube map with its axes written on it, and what a mirror shows of them", _axes, exposure=0.0),
 )
 
@@ -171,7 +177,7 @@ MAPS: dict[str, Callable[[Path], None]] = {
     "waves.exr": lambda path: write_picture(path, relief.waves()),
     "stone.exr": lambda path: write_picture(path, relief.stone()),
     "weave.exr": lambda path: write_picture(path, relief.weave()),
-    "quilt.png": lambda path: write_display(path, relief.normals(relief.quilt(), 0.10), srgb=False),
+    "quilt.png": lambda path: write_display(path, relief.normals(relief.quilt(), 0.075), srgb=False),
     "axes.png": lambda path: write_picture(path, letters.axes()),
     "knot.obj": lambda path: write_atomically(path, knot.knot().encode()),
 }

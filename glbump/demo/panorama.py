@@ -192,7 +192,7 @@ def _with_clouds(sky: F32, dirs: F32, cosine: F32, tint: F32) -> F32:
 
 # ------------------------------------------------------------------------------------------------ mountains, ground
 
-_GREEN = np.array([0.085, 0.085, 0.032], np.float32)
+_GREEN = np.array([0.135, 0.135, 0.051], np.float32)
 _ROCK = np.array([0.16, 0.14, 0.13], np.float32)
 _SNOW = np.array([0.85, 0.87, 0.92], np.float32)
 _AIR_LIGHT = np.array([0.46, 0.44, 0.52], np.float32)  # radiance of so much air that nothing is seen through it
@@ -226,18 +226,21 @@ def _add_mountains(picture: F32) -> None:
     tangent = (ground * np.float32(1e-3)) / distance
     highest = np.maximum.accumulate(tangent, axis=1)
     every = np.arange(width)
+    edge = np.pi / height
     for row in range(height // 2 - height // 6, height // 2 + height // 64):
-        level = np.tan(0.5 * np.pi - (row + 0.5) / height * np.pi)
-        # How much of the pixel the terrain covers, by the elevation of the skyline.
-        edge = np.pi / height
-        cover = np.clip((highest[:, -1] - level) / edge + 0.5, 0, 1).astype(np.float32)
+        # The skyline by how much of the texel lies below it, what is in front by two samples.
+        middle = np.tan(0.5 * np.pi - (row + 0.5) * edge)
+        cover = np.clip((highest[:, -1] - middle) / edge + 0.5, 0, 1).astype(np.float32)[:, None]
         if not cover.any():
             continue
-        first = np.clip((highest < level).sum(axis=1), 1, distance.size - 1)
-        nearer, farther = highest[every, first - 1], highest[every, first]
-        along = np.clip((level - nearer) / np.maximum(farther - nearer, 1e-6), 0, 1)[:, None]
-        seen = shade[every, first - 1] * (1 - along) + shade[every, first] * along
-        picture[row] = picture[row] * (1 - cover[:, None]) + seen * cover[:, None]
+        seen = np.zeros((width, 3), np.float32)
+        for part in (0.25, 0.75):
+            level = np.float32(np.tan(0.5 * np.pi - (row + part) * edge))
+            first = np.clip((highest < level).sum(axis=1), 1, distance.size - 1)
+            nearer, farther = highest[every, first - 1], highest[every, first]
+            along = np.clip((level - nearer) / np.maximum(farther - nearer, 1e-6), 0, 1)[:, None]
+            seen += np.float32(0.5) * (shade[every, first - 1] * (1 - along) + shade[every, first] * along)
+        picture[row] += cover * (seen - picture[row])
 
 
 def _lit_terrain(ground: F32, azimuth: F32, distance: F32, x: F32, z: F32) -> F32:
@@ -289,7 +292,7 @@ def _ground(dirs: F32) -> F32:
 def _grass(x: F32, z: F32, texel: F32) -> F32:
     """Albedo."""
     tufts = fractal(x * np.float32(0.6), z * np.float32(0.6), 256, 5, 91) / (1 + texel)
-    return _GREEN * (np.float32(1.6) + np.float32(1.3) * tufts[..., None])
+    return _GREEN * (1 + np.float32(0.8) * tufts[..., None])
 
 
 def _pavement(x: F32, z: F32, texel: F32) -> F32:

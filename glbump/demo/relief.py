@@ -117,7 +117,7 @@ def quilt(size: int = 512, diamonds: int = 3) -> F32:
     reach = np.sqrt((da * da + db * db) * np.float32(0.5))
     button = np.sqrt(np.clip(1 - (reach / np.float32(0.085)) ** 2, 0, 1))
     dent = np.exp(-((reach / np.float32(0.16)) ** 2))
-    grain = np.float32(0.012) * fractal(u * 48, v * 48, 48, 3, 81)
+    grain = np.float32(0.003) * fractal(u * 48, v * 48, 48, 3, 81)
     return _spread(padding * (1 - np.float32(0.5) * dent) + np.float32(0.5) * button + grain)
 
 
