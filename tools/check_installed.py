@@ -65,10 +65,9 @@ def main() -> None:
     cubes = gb.Quality("fast", environment_filter="trilinear")
     with Renderer() as renderer:
         drawn = scenes(folder)
-        for scene in drawn:
-            for quality in ("fast", "balanced", cubes):
-                pixels = renderer.render(scene, (16, 16), quality).pixels
-                assert np.isfinite(pixels).all(), scene
+        for scene, quality in zip(drawn, itertools.cycle(("fast", "balanced", cubes, "exact", cubes))):
+            pixels = renderer.render(scene, (16, 16), quality).pixels
+            assert np.isfinite(pixels).all(), scene
         renderer.render(replace(drawn[0], camera=gb.Camera(projection="orthographic")), (16, 16))
         gl = renderer.context.gl
         screen = source.resolve(text="void main() { gl_Position = vec4(0.0); }", stage="vertex")
@@ -78,7 +77,10 @@ def main() -> None:
             build_program(gl, screen, alone).release()
         renderer_name = renderer.context.info["renderer"]
     assert stages <= seen, f"no scene here compiles {sorted(stages - seen)}"
-    print(f"{len(drawn)} scenes, {len(stages)} stages and {len(libraries)} libraries compiled by {renderer_name}")
+    print(
+        f"{len(drawn)} scenes, {len(stages)} stages and {len(libraries)} libraries compiled by {renderer_name}",
+        flush=True,
+    )
 
     command = Path(sys.executable).with_name("glbump")
     subprocess.run([command, "demo", "-o", folder, "--only", "brick-ball"], check=True, stdin=subprocess.DEVNULL)
