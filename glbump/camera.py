@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -65,8 +66,9 @@ class Camera(check.Frozen):
             )
 
 
+@lru_cache(maxsize=16)
 def _axes(camera: Camera) -> Floats:
-    """(3, 3): the camera's right, up and back in the world, one a row."""
+    """(3, 3): the camera's right, up and back in the world, one a row; read-only."""
     from pyrr import matrix44
 
     look = np.subtract(camera.target, camera.eye)
@@ -74,7 +76,9 @@ def _axes(camera: Camera) -> Floats:
     turn = matrix44.create_look_at(
         np.zeros(3), look / np.abs(look).max(), up / np.abs(up).max(), dtype=np.float64
     )
-    return np.asarray(turn[:3, :3].T, dtype=np.float64)
+    axes = np.asarray(turn[:3, :3].T, dtype=np.float64)
+    axes.flags.writeable = False
+    return axes
 
 
 def view_matrix(camera: Camera) -> Floats:
@@ -148,8 +152,9 @@ def _depths(camera: Camera, bounds_world: npt.ArrayLike, size: tuple[int, int] |
     return max(float(first[ahead].min()), 0.0), float(last[ahead].max())
 
 
+@lru_cache(maxsize=16)
 def sample_offsets(samples: int) -> Floats:
-    """(samples, 2): x from the left and y from the top of a pixel, in pixels: the centres of a k x k grid.
+    """(samples, 2): x from the left and y from the top of a pixel, in pixels: the centres of a k x k grid; read-only.
 
     Raises SceneError unless `samples` is a square number.
     """
@@ -157,7 +162,9 @@ def sample_offsets(samples: int) -> Floats:
     if k * k != samples or k == 0:
         raise SceneError(f"samples must be a square number (1, 4, 9, 16 ...); got {samples}")
     y, x = np.divmod(np.arange(samples), k)
-    return (np.stack([x, y], axis=-1) + 0.5) / k
+    offsets = (np.stack([x, y], axis=-1) + 0.5) / k
+    offsets.flags.writeable = False
+    return offsets
 
 
 def pixel_rays(

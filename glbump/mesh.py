@@ -7,6 +7,7 @@ positions alone. All triangles are counter-clockwise seen from outside.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,22 +87,30 @@ def outline(segments: int) -> Mesh:
     return Mesh(points, np.concatenate([*ears, left[None]] if len(left) == 3 else ears))
 
 
-def outline_matrix(radius: float, eye: npt.ArrayLike) -> Floats:
+def outline_matrix(radius: float, eye: Sequence[float]) -> Floats:
     """(4, 4) that places `outline` where the sphere about the origin is seen to end; every ray from the eye to the
     sphere crosses the disc, between the points where it enters and leaves the sphere.
 
     eye: (x, y, z, 1) outside the sphere, or (x, y, z, 0), the unit direction of view.
     """
-    *towards, w = np.asarray(eye, np.float64)
-    distance = float(np.linalg.norm(towards))
+    *towards, w = eye
+    distance = math.hypot(*towards)
     # Sine of half the angle that the sphere fills, seen from the eye: 0 from infinitely far.
     sine = radius / distance if w else 0.0
-    facing = np.array(towards) / (distance if w else -distance)
-    right = np.cross([0.0, 1, 0] if abs(facing[1]) < 0.9 else [1.0, 0, 0], facing)
-    right /= np.linalg.norm(right)
+    x, y, z = (c / (distance if w else -distance) for c in towards)
     rim = radius * math.sqrt(1 - sine * sine)
+    # The disc's x: y cross facing, or x cross facing where that is too short.
+    if abs(y) < 0.9:
+        across = math.hypot(x, z)
+        right = z / across, 0.0, -x / across
+    else:
+        across = math.hypot(y, z)
+        right = 0.0, -z / across, y / across
+    a, b, c = right
+    up = y * c - z * b, z * a - x * c, x * b - y * a
+    columns = [[rim * v for v in right], [rim * v for v in up], (x, y, z), [radius * sine * v for v in (x, y, z)]]
     matrix = np.eye(4)
-    matrix[:3] = np.stack([rim * right, rim * np.cross(facing, right), facing, radius * sine * facing], axis=1)
+    matrix[:3] = np.array(columns).T
     return matrix
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -147,19 +148,26 @@ class Transform(check.Frozen):
         )
 
     def matrix(self) -> npt.NDArray[np.float64]:
-        """(4, 4) float64: world_from_object for column vectors."""
-        rx, ry, rz = np.radians(self.rotate)
-        cx, sx, cy, sy, cz, sz = np.cos(rx), np.sin(rx), np.cos(ry), np.sin(ry), np.cos(rz), np.sin(rz)
-        about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-        about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-        about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-        result = np.eye(4)
-        result[:3, :3] = about_z @ about_y @ about_x @ np.diag(np.asarray(self.scale, dtype=np.float64))
-        result[:3, 3] = self.translate
-        return result
+        """(4, 4) float64: world_from_object for column vectors; read-only."""
+        return _matrix(self)
 
     @property
     def uniform_scale(self) -> float | None:
         """The size of the scale where it is the same along all axes (mirroring or not), else None."""
         sizes = {abs(s) for s in np.asarray(self.scale).tolist()}
         return sizes.pop() if len(sizes) == 1 else None
+
+
+# Each frame asks for the same few again and again, and NumPy is slow with such small things.
+@lru_cache(maxsize=256)
+def _matrix(transform: Transform) -> npt.NDArray[np.float64]:
+    rx, ry, rz = np.radians(transform.rotate)
+    cx, sx, cy, sy, cz, sz = np.cos(rx), np.sin(rx), np.cos(ry), np.sin(ry), np.cos(rz), np.sin(rz)
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    result = np.eye(4)
+    result[:3, :3] = about_z @ about_y @ about_x @ np.diag(np.asarray(transform.scale, dtype=np.float64))
+    result[:3, 3] = transform.translate
+    result.flags.writeable = False
+    return result
