@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from glbump.errors import ImageError
 from glbump.maps.cube import CubeFaces, cube_from_picture
 from glbump.maps.panorama import Panorama, panorama_from_picture
 from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
@@ -91,7 +92,7 @@ class Contents:
     def peak(self, environment: Environment) -> float:
         """The largest value in the environment's picture, before its exposure."""
         result: float = self._get(
-            ("peak", environment_key(environment)), lambda: float(self.environment(environment).pixels.max())
+            ("peak", environment_key(environment)), lambda: _largest(self.environment(environment).pixels)
         )
         return result
 
@@ -131,6 +132,11 @@ class Contents:
         result: npt.NDArray[np.float64] = self._get(
             ("bounds", shape_key(shape)), lambda: bounds(self.mesh(shape) if isinstance(shape, MeshFile) else shape)
         )
+    def steepest(self, bump: Bump | NormalMap) -> float:
+        """The largest of `slopes`, of either sign."""
+        result: float = self._get(("steepest", bump_key(bump)), lambda: _largest(self.slopes(bump)))
+        return result
+
         return result
 
 
@@ -145,6 +151,10 @@ def _read(environment: Environment) -> Panorama | CubeFaces:
     if isinstance(image, tuple):
         return cube_from_picture([read_colour(picture_of(face)) for face in image], environment.orientation)
     return cube_from_picture(read_colour(picture_of(image)), environment.orientation)
+def _largest(values: F32) -> float:
+    return max(float(values.max()), -float(values.min()))
+
+
 
 
 def _slopes(bump: Bump | NormalMap) -> F32:
@@ -152,5 +162,12 @@ def _slopes(bump: Bump | NormalMap) -> F32:
     from glbump.maps.images import read_height, read_normals
 
     if isinstance(bump, Bump):
-        return slopes(read_height(picture_of(bump.height), bump.channel).pixels[..., 0])
-    return slopes_of_normals(read_normals(picture_of(bump.normal_map)).pixels, bump.flip_y)
+        picture = read_height(picture_of(bump.height), bump.channel)
+    else:
+        picture = read_normals(picture_of(bump.normal_map))
+    try:
+        if isinstance(bump, Bump):
+            return slopes(picture.pixels[..., 0])
+        return slopes_of_normals(picture.pixels, bump.flip_y)
+    except ImageError as why:
+        raise ImageError(f"{picture.name}: {why}") from None

@@ -18,6 +18,10 @@ from glbump.scene import Bump, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus
 
 HALF_MAX = 65504.0
+BRIGHTEST = 1e36
+"""Most that an environment may reach, its exposure counted in: differences and sums of it stay 32-bit floats."""
+STEEPEST = 1e12
+"""Most that bumps may rise per unit of u or v, in sizes of their surface: past it, gradients leave 32-bit floats."""
 Note = Callable[[str, object, str], None]
 
 MESH, SPHERE, TORUS, QUAD = range(4)
@@ -70,6 +74,7 @@ class Plan:
     environment_filter: str
     bump_filter: str
     texture_format: str
+    slopes_format: str
     frame_format: str
     sky: bool
     gloss: tuple[int, int] | None
@@ -102,8 +107,13 @@ def make_plan(
     environment = scene.environment
     peak = contents.peak(environment)
     bright = peak * 2.0**environment.exposure
-    texture_format = _float_if_too_bright("texture format", quality.texture_format, peak, note)
-    frame_format = _float_if_too_bright("frame format", quality.frame_format, bright, note)
+    if not max(peak, bright) <= BRIGHTEST:
+        raise LimitError(
+            f"the environment reaches {max(peak, bright):.3g} at exposure {environment.exposure:g}; "
+            f"at most {BRIGHTEST:g}: lower environment.exposure, or scale the picture"
+        )
+    texture_format = _float_if_too_large("texture format", quality.texture_format, "environment", peak, note)
+    frame_format = _float_if_too_large("frame format", quality.frame_format, "environment", bright, note)
     shared, cube_size = _environment(scene, quality, size, contents, capabilities, note)
     for i, surface in enumerate(scene.surfaces):
         _require_uv(i, surface, contents)
@@ -113,6 +123,10 @@ def make_plan(
         _surface(i, surface, scene, quality, size, shared, bool(apart[i]), note)
         for i, surface in enumerate(scene.surfaces)
     )
+    steepest = max(
+        (_steepest(i, scene, contents, capabilities) for i, s in enumerate(surfaces) if s.has("BUMP")), default=0.0
+    )
+    slopes_format = _float_if_too_large("slopes format", quality.texture_format, "steepest bump", steepest, note)
     glossy = any(s.has("LIGHT") == GLOSSY for s in surfaces)
     gloss = (quality.gloss_size, quality.gloss_samples) if glossy else None
     note(
@@ -132,6 +146,7 @@ def make_plan(
         environment_filter=quality.environment_filter,
         bump_filter=quality.bump_filter,
         texture_format=texture_format,
+        slopes_format=slopes_format,
         frame_format=frame_format,
         sky=environment.background,
         gloss=gloss,
@@ -151,9 +166,34 @@ def _require_uv(index: int, surface: Surface, contents: Contents) -> None:
         )
 
 
-def _float_if_too_bright(what: str, wanted: str, largest: float, note: Note) -> str:
+def _steepest(index: int, scene: Scene, contents: Contents, capabilities: Capabilities) -> float:
+    """The largest slope in the picture of a surface's bumps; LimitError where it cannot be drawn."""
+    surface = scene.surfaces[index]
+    bump = surface.bump
+    assert bump is not None
+    height, width = contents.slopes(bump).shape[:2]
+    limit = capabilities.max_texture_size
+    if width > limit or height > limit:
+        raise LimitError(
+            f"surface {index}: its bump picture is {width}x{height} pixels and this driver takes at most {limit} "
+            "a side; shrink it first"
+        )
+    slope = contents.steepest(bump)
+    if isinstance(bump, Bump):
+        extent = float(np.ptp(contents.bounds(surface.shape), axis=0).max())
+        extent *= float(np.abs(np.asarray(surface.transform.scale)).min())
+        rise = slope * max(map(abs, bump.slope_scale)) / extent
+        if not rise <= STEEPEST:
+            raise LimitError(
+                f"surface {index}: its bumps rise by {rise:.3g} times its size per unit of u or v; "
+                f"at most {STEEPEST:g}: lower bump.amplitude or bump.repeat"
+            )
+    return slope
+
+
+def _float_if_too_large(what: str, wanted: str, name: str, largest: float, note: Note) -> str:
     if wanted == "half" and largest > HALF_MAX:
-        note(what, "float", f"the environment reaches {largest:.3g}, and a half holds at most {HALF_MAX:.0f}")
+        note(what, "float", f"the {name} reaches {largest:.3g}, and a half holds at most {HALF_MAX:.0f}")
         return "float"
     note(what, wanted, f"values up to {largest:.3g} fit" if wanted == "half" else "as the quality asks")
     return wanted

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from glbump.camera import sample_offsets
 from glbump.contents import Contents
+from glbump.errors import ContextError, LimitError
 from glbump.frame import Frame
 from glbump.gl.context import Context, open_context
 from glbump.gl.program import build_program
@@ -28,6 +29,9 @@ _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
 _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
 # Texture units.
 _ENVIRONMENT, _SLOPES, _GLOSS, _FRAME = range(4)
+
+Draw = tuple[Uniforms, dict[str, Any], moderngl.VertexArray, moderngl.Texture | None]
+"""Program, uniform values, vertices, and the slopes of the bumps if it has any."""
 
 
 class Renderer:
@@ -80,12 +84,14 @@ class Renderer:
         started = time.perf_counter()
         plan = self.plan(scene, size, quality)
         self._store.begin()
+        _ = self.context.gl.error  # what others left behind is theirs
         targets = self._targets_for(plan)
         view = View(scene, plan)
         prepared = time.perf_counter()
         frame = self._draw(scene, plan, view, targets)
         drawn = time.perf_counter()
         pixels = _read(frame, plan)
+        self._require_no_error()
         self._store.trim()
         stats = {
             "backend": self.context.backend,
@@ -104,6 +110,16 @@ class Renderer:
             "triangles": sum(self._mesh(scene, plan, i).indices.size // 12 for i in range(len(plan.surfaces))),
         }
         return Frame(pixels, stats, bottom_up=True)
+
+    def _require_no_error(self) -> None:
+        """OpenGL goes on after an error, with black textures and the like; such a frame is none."""
+        error = self.context.gl.error
+        if error == "GL_NO_ERROR":
+            return
+        self._store.release()
+        if error == "GL_OUT_OF_MEMORY":
+            raise LimitError("the driver's memory does not hold this scene; give smaller pictures, or a smaller size")
+        raise ContextError(f"OpenGL refused a part of this frame ({error}); please report it with the scene")
 
     def _notes(self, scene: Scene) -> list[str]:
         """What was found and mended while reading mesh files."""
@@ -130,7 +146,7 @@ class Renderer:
         self,
         view: View,
         plan: Plan,
-        draws: list[tuple[Uniforms, dict[str, Any], moderngl.VertexArray]],
+        draws: list[Draw],
         sky: Uniforms | None,
         targets: Targets,
     ) -> None:
@@ -138,7 +154,9 @@ class Renderer:
         targets.begin_sample()
         gl.enable_only(moderngl.DEPTH_TEST)
         gl.depth_func = "<="
-        for i, (uniforms, values, vertices) in enumerate(draws):
+        for i, (uniforms, values, vertices, slopes) in enumerate(draws):
+            if slopes is not None:
+                slopes.use(_SLOPES)
             if plan.surfaces[i].cull:
                 gl.enable(moderngl.CULL_FACE)
             else:
@@ -178,19 +196,14 @@ class Renderer:
         if plan.gloss is not None:
             self._store.gloss(scene.environment, plan).use(_GLOSS)
 
-    def _surface(self, scene: Scene, plan: Plan, index: int) -> tuple[Uniforms, dict[str, Any], moderngl.VertexArray]:
-        """Program, uniform values and vertices of one surface."""
+    def _surface(self, scene: Scene, plan: Plan, index: int) -> Draw:
+        """Program, uniform values, vertices and slopes of one surface."""
         surface, how = scene.surfaces[index], plan.surfaces[index]
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
         values = surface_uniforms(scene, plan, index, self.contents)
-        values.update(self._environment_values(scene, plan), gloss=_GLOSS)
-        if how.has("BUMP"):
-            assert surface.bump is not None
-            # Every bumped surface has a unit of its own, so that none is bound twice in a frame.
-            unit = _FRAME + 1 + index
-            self._store.slopes(surface.bump, plan).use(unit)
-            values["slopes"] = unit
-        return uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index))
+        values.update(self._environment_values(scene, plan), gloss=_GLOSS, slopes=_SLOPES)
+        slopes = self._store.slopes(surface.bump, plan) if surface.bump is not None and how.has("BUMP") else None
+        return uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), slopes
 
     def _mesh(self, scene: Scene, plan: Plan, index: int) -> Any:
         how = plan.surfaces[index]

@@ -27,10 +27,14 @@ class Targets:
         self._context, self._gl = context, context.gl
         self._sky = plan.sky
         self.dtype = DTYPES[plan.frame_format]
-        self.one = self._framebuffer(plan.size, depth=True)
-        self.sum = self._framebuffer(plan.size) if plan.samples > 1 else None
-        self.straight = self._framebuffer(plan.size) if self.sum is not None and not plan.sky else None
-
+        self._frames: list[moderngl.Framebuffer] = []
+        try:
+            self.one = self._framebuffer(plan.size, depth=True)
+            self.sum = self._framebuffer(plan.size) if plan.samples > 1 else None
+            self.straight = self._framebuffer(plan.size) if self.sum is not None and not plan.sky else None
+        except LimitError:
+            self.release()
+            raise
         self._clear_one = context.native.entry("glClearBufferfv", ctypes.c_uint, ctypes.c_int, ctypes.c_void_p)
 
     def begin_sample(self) -> None:
@@ -49,7 +53,20 @@ class Targets:
     def _framebuffer(self, size: tuple[int, int], depth: bool = False) -> moderngl.Framebuffer:
         texture = self._gl.texture(size, 4, dtype=self.dtype)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        return self._gl.framebuffer([texture], self._gl.depth_renderbuffer(size) if depth else None)
+        behind = self._gl.depth_renderbuffer(size) if depth else None
+        try:
+            frame = self._gl.framebuffer([texture], behind)
+        except moderngl.Error:
+            # Where memory ran out, textures are made all the same, with an error set and nothing in them.
+            for part in (texture, behind):
+                if part is not None:
+                    part.release()
+            said = self._gl.error
+            raise LimitError(
+                f"a frame of {size[0]}x{size[1]} does not fit in the driver's memory ({said}); render a smaller size"
+            ) from None
+        self._frames.append(frame)
+        return frame
 
     @staticmethod
     def texture_of(frame: moderngl.Framebuffer) -> moderngl.Texture:
@@ -62,9 +79,9 @@ class Targets:
         """Free everything."""
         # moderngl would bind a freed framebuffer's name again.
         self._context.unbind()
-        for frame in (self.one, self.sum, self.straight):
-            if frame is not None:
-                for attachment in (*frame.color_attachments, frame.depth_attachment):
-                    if attachment is not None:
-                        attachment.release()
-                frame.release()
+        for frame in self._frames:
+            for attachment in (*frame.color_attachments, frame.depth_attachment):
+                if attachment is not None:
+                    attachment.release()
+            frame.release()
+        self._frames.clear()

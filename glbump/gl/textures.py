@@ -130,10 +130,10 @@ class Store:
 
         def make() -> tuple[Any, int]:
             slopes = np.ascontiguousarray(self._contents.slopes(bump)[::-1])
-            texture = self._texture_2d(slopes, plan.texture_format, plan.bump_filter, chain)
-            return texture, _bytes_of(texture.size, 2, _DTYPES[plan.texture_format], plan.bump_filter)
+            texture = self._texture_2d(slopes, plan.slopes_format, plan.bump_filter, chain)
+            return texture, _bytes_of(texture.size, 2, _DTYPES[plan.slopes_format], plan.bump_filter)
 
-        key = ("slopes", bump_key(bump), plan.texture_format, plan.bump_filter)
+        key = ("slopes", bump_key(bump), plan.slopes_format, plan.bump_filter)
         result: moderngl.Texture = self._get(key, make)
         return result
 

@@ -15,14 +15,21 @@ STEEPEST = 128.0
 """Steepest slope of a normal map, 89.55 degrees (the bound of Mikkelsen's surface gradient framework)."""
 
 
+HIGHEST = 1e30
+"""Most that a height may differ from 0, so that slopes of any picture stay 32-bit floats."""
+
+
 def slopes(height: npt.NDArray[Any]) -> F32:
     """(H, W) heights -> (H, W, 2) float32: d height / du and d height / dv at the texel centres.
 
     u runs right and v UP, 0..1 over the picture, whose row 0 is on top. Central differences, wrapping as maps on
     surfaces do, in float64. Along an axis of one or two texels every difference is 0. Gain of a wave of p texels:
-    sin(2 pi / p) / (2 pi / p), so 0.97 at 16 and 0.90 at 8.
+    sin(2 pi / p) / (2 pi / p), so 0.97 at 16 and 0.90 at 8. ImageError for heights past HIGHEST, or not finite.
     """
     h = np.asarray(height, np.float64)
+    largest = max(float(h.max()), -float(h.min()))
+    if not largest <= HIGHEST:
+        raise ImageError(f"heights must lie within -{HIGHEST:g} and {HIGHEST:g}; got {largest:g}; scale the picture")
     rows, columns = h.shape
     along_u = (np.roll(h, -1, axis=1) - np.roll(h, 1, axis=1)) * (columns / 2)
     along_v = (np.roll(h, 1, axis=0) - np.roll(h, -1, axis=0)) * (rows / 2)
