@@ -185,7 +185,7 @@ MAPS: dict[str, Callable[[Path], None]] = {
 
 def maps_of(scene: Scene) -> set[str]:
     """Names of the files that a scene reads."""
-    pictures: list[object] = [scene.environment.image]
+    pictures: list[object] = [getattr(scene.environment, "image", None)]
     for surface in scene.surfaces:
         pictures.append(getattr(surface.bump, "height", None) or getattr(surface.bump, "normal_map", None))
         pictures.append(getattr(surface.shape, "path", None))
