@@ -1,0 +1,65 @@
+"""What the README says a newcomer may type."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import glbump as gb
+from glbump.cli import cli
+from glbump.demo import panorama, relief
+from glbump.maps.files import write_picture
+from glbump.maps.images import read_colour
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def block(language: str) -> str:
+    """The first fenced block of a language."""
+    found = re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_ten_lines_of_python(tmp_path: Path) -> None:
+    maps = tmp_path / "out/scenes/maps"
+    maps.mkdir(parents=True)
+    write_picture(maps / "evening.exr", panorama.evening(32))
+    write_picture(maps / "bricks.exr", relief.bricks(64))
+    code = block("python")
+    assert "size=(1024, 1024)" in code
+    code = code.replace("size=(1024, 1024)", "size=(32, 32)")
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert np.ptp(read_colour(tmp_path / "ball.png").pixels) > 0.1
+
+
+def test_scene_file_is_one(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(block("toml"))
+    scene = gb.load_scene(tmp_path / "scene.toml")
+    assert scene.surfaces[0].bump == gb.Bump(tmp_path / "brick.png", amplitude=0.02, repeat=(8, 4))
+
+
+def test_commands_are_the_commands() -> None:
+    rows = re.findall(r"^\| `glbump ([a-z]+)([^`]*)`", README, re.MULTILINE)
+    assert {name for name, _ in rows} == set(cli.commands)
+    for name, usage in rows:
+        options = {flag for parameter in cli.commands[name].params for flag in parameter.opts}
+        assert set(re.findall(r"(?<![\w-])--?[a-z]+", usage)) <= options, name
+
+
+@pytest.mark.parametrize("target", re.findall(r"!?\[[^\]]*\]\(([^)#]+)\)", README))
+def test_links_lead_somewhere(target: str) -> None:
+    if "://" not in target:
+        assert (ROOT / target).exists()
+
+
+def test_files_it_names_are_there() -> None:
+    for name in re.findall(r"`((?:docs|demos|tools|tests)/[\w./]*)`", README):
+        assert (ROOT / name).exists(), name
