@@ -102,6 +102,11 @@ def _oriented(faces: npt.NDArray[Any], orientation: str) -> F32:
     return np.ascontiguousarray(faces, np.float32)
 
 
+def face_axes() -> F64:
+    """(6, 3, 3) float64: of each face the major axis and the axes along s and t, as rows."""
+    return np.stack([_MAJOR, _ALONG_S, _ALONG_T], axis=1)
+
+
 def face_dir(face: npt.ArrayLike, s: npt.ArrayLike, t: npt.ArrayLike) -> F64:
     """Directions (..., 3) float64, not normalised (largest component 1), of points s, t in 0..1 on `face`."""
     f = np.asarray(face)
