@@ -12,6 +12,7 @@ from collections import Counter, OrderedDict
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
 import moderngl
 import numpy as np
@@ -19,6 +20,7 @@ import numpy as np
 from glbump.errors import ShaderError, unknown
 from glbump.gl.context import Context, open_context
 from glbump.gl.source import Define, Source, resolve
+from glbump.glsltest.coverage import Coverage
 from glbump.glsltest.module import Module
 from glbump.glsltest.runners import RUNNERS, Arena, Runner
 from glbump.glsltest.watch import Watch
@@ -46,8 +48,10 @@ class Glsl:
         self._runners: OrderedDict[tuple[Any, ...], Runner] = OrderedDict()
         self._modules: dict[Any, Module] = {}
         self.watch: Watch | None = None
+        self.coverage: Coverage | None = None
         # moderngl 5.13 never deletes the program object of a shader that does not compile.
         self._failed = 0
+        _all.add(self)
 
     @property
     def context(self) -> Any:
@@ -125,12 +129,18 @@ class Glsl:
             self._own = None
 
     @property
-    def objects(self) -> dict[str, int]:
-        """How many GL objects of each kind calls have left for the next ones; the kinds of Context.live_objects."""
-        runners = list(self._runners.values())
-        found = Counter(self._arena.objects if self._arena else {})
-        found["program"] += len(runners) + self._failed
-        found["vertexarray"] += sum(hasattr(r, "vertices") for r in runners)
+    def objects(self) -> Counter[str]:
+        """How many GL objects of each kind are kept for the next calls, here and wherever else in this context.
+
+        The kinds are those of Context.live_objects.
+        """
+        found: Counter[str] = Counter()
+        for one in _all:
+            if one._arena is not None and one.context is self.context:
+                runners = list(one._runners.values())
+                found += one._arena.objects
+                found["program"] += len(runners) + one._failed
+                found["vertexarray"] += sum(hasattr(r, "vertices") for r in runners)
         return found
 
     def __enter__(self) -> Glsl:
@@ -138,6 +148,9 @@ class Glsl:
 
     def __exit__(self, *_: object) -> None:
         self.release()
+
+
+_all: WeakSet[Glsl] = WeakSet()
 
 
 class _Borrowed:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,10 @@ import numpy as np
 
 from glbump.errors import ShaderError, nearest, unknown
 from glbump.gl.source import Source
-from glbump.glsltest import edits
+from glbump.glsltest import coverage, edits
 from glbump.glsltest.arguments import Misfit, Rows, empty_results, results_of, rows_of
 from glbump.glsltest.columns import Column, columns_of
+from glbump.glsltest.coverage import Mark, Marker
 from glbump.glsltest.declarations import Declarations, Signature, Type, declarations
 from glbump.glsltest.records import Call, remember
 from glbump.glsltest.runners import Runner
@@ -50,6 +52,8 @@ class Module:
         self.uniforms = {name: _uniform(self.found, name, value) for name, value in uniforms.items()}
         self._functions: dict[str, Function] = {}
         self.prefix = _free_prefix(source.text)
+        if glsl.coverage is not None:
+            glsl.coverage.see(source, self.found)
 
     @property
     def signatures(self) -> list[Signature]:
@@ -84,24 +88,34 @@ class Module:
         skipped = f" (not understood: {self.found.skipped[0]})" if self.found.skipped else ""
         return f"{what}; it has {', '.join(names) or 'none'}{skipped}"
 
-    def runner(self, plan: Plan, backend: str) -> tuple[Runner, list[int]]:
-        """The compiled call of a plan, and the offsets of its guarded loops."""
-        text, found = self.source.text, self.found
+    def build(self, plan: Plan, backend: str) -> Built:
+        """The compiled call of a plan, with what watches over it."""
+        text, found, p = self.source.text, self.found, self.prefix
         reached = found.reached(plan.signature)
-        guards, loops = edits.loop_guards(found, reached, self.prefix)
+        guards, loops = edits.loop_guards(found, reached, p)
         made = [*edits.bare(text, found), *self._constants, *guards]
+        before = ""
         if loops:
-            at = edits.first_function(found)
-            made.insert(0, edits.Edit(at, at, edits.guard_header(self.prefix, self.loop_limit)))
-            status = Column((), Type("uint"), ())
-            plan = replace(plan, extra=(*plan.extra, (f"{self.prefix}status", status)))
+            before += edits.guard_header(p, self.loop_limit)
+            plan = replace(plan, extra=(*plan.extra, (f"{p}status", Column((), Type("uint"), ()))))
+        marker = Marker(self.source, p)
+        if self.glsl.coverage is not None:
+            for f in reached:
+                with contextlib.suppress(ShaderError):  # macros that are no GLSL by themselves: not counted
+                    marker.function(f, found.body(f))
+            made += marker.edits
+            before += coverage.header(p, len(marker.marks))
+            flags = Column((), Type("uint"), (coverage.words(len(marker.marks)),))
+            setup = coverage.setup(p, len(marker.marks))
+            plan = replace(plan, extra=(*plan.extra, (f"{p}flags", flags)), setup=setup)
         if backend != "fragment":
-            # A loop guard inside a function that is taken out goes with it.
+            # What is put into a function that is taken out goes with it.
             out = edits.without_fragment_functions(text, found)
             made = [e for e in made if not any(o.start <= e.start < o.end for o in out)] + out
-        edited = self._versioned(edits.apply(text, made), backend)
-        source = wrapped(replace(self.source, text=edited), plan, backend, self.prefix)
-        return self.glsl.runner(source, plan, backend, self.prefix, self.uniforms), loops
+        at = edits.first_function(found)
+        edited = self._versioned(edits.apply(text, [edits.Edit(at, at, before), *made]), backend)
+        source = wrapped(replace(self.source, text=edited), plan, backend, p)
+        return Built(self.glsl.runner(source, plan, backend, p, self.uniforms), loops, marker.marks)
 
     def _versioned(self, text: str, backend: str) -> str:
         """The #version line that the way of running needs at least."""
@@ -140,6 +154,15 @@ def _uniform(found: Declarations, name: str, value: Any) -> bytes:
     if array.shape != column.shape:
         raise ShaderError(f"uniform {allowed[name].type} {name} wants shape {column.shape}; got {array.shape}")
     return np.ascontiguousarray(np.swapaxes(array, -1, -2) if len(column.type.tail) == 2 else array).tobytes()
+
+
+@dataclass(frozen=True)
+class Built:
+    """A compiled call: the offsets of the loops it guards, and the points whose running it counts."""
+
+    runner: Runner
+    loops: list[int]
+    marks: list[Mark]
 
 
 class Function:
@@ -224,7 +247,7 @@ class Overload:
         self.module = module
         self.signature = signature
         self._takes = [i for i, p in enumerate(signature.params) if p.direction != "out"]
-        self._programs: dict[str, tuple[Runner, list[int]]] = {}
+        self._programs: dict[str, Built] = {}
         self._label = f"{signature} of {module.source.name}"
 
     @cached_property
@@ -256,23 +279,32 @@ class Overload:
             raise ShaderError(f"{self.signature} {said}; got {rows.lead}")
         glsl = self.module.glsl
         glsl.context.check("call a GLSL function")
-        runner, loops = self._program(self._backend(quads, wanted))
-        count = rows.count
-        columns = empty_results(runner.plan, count)
-        if count:
-            self._run(runner, rows, samplers, columns)
-        status = columns.pop() if loops else None
-        if status is not None and status.any():
-            raise self._endless(status, loops)
-        result = results_of(self.plan, columns, rows.lead)
+        built = self._program(self._backend(quads, wanted))
+        columns = empty_results(built.runner.plan, rows.count)
+        if rows.count:
+            self._run(built.runner, rows, samplers, columns)
+            self._look(built, columns)
+        result = results_of(self.plan, columns[: len(self.plan.out_columns)], rows.lead)
         remember(result, Call(self.plan, rows.lead, rows.columns))
         return result
 
-    def _program(self, backend: str) -> tuple[Runner, list[int]]:
+    def _program(self, backend: str) -> Built:
         made = self._programs.get(backend)
-        if made is None or made[0].released:
-            made = self._programs[backend] = self.module.runner(self.plan, backend)
+        if made is None or made.runner.released:
+            made = self._programs[backend] = self.module.build(self.plan, backend)
         return made
+
+    def _look(self, built: Built, columns: list[Any]) -> None:
+        """Take the columns that are ours off the results: flags of what ran, and loops that did not end."""
+        seen = self.module.glsl.coverage
+        if built.marks:
+            flags = columns.pop()
+            if seen is not None:
+                seen.add(self.module.source, built.marks, coverage.raised(flags, len(built.marks)))
+        if built.loops:
+            status = columns.pop()
+            if status.any():
+                raise self._endless(status, built.loops)
 
     def _run(self, runner: Runner, rows: Rows, samplers: list[Sampler], columns: Any) -> None:
         glsl, params = self.module.glsl, self.signature.params

@@ -33,6 +33,64 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="stop the run, saying what was running, when one GLSL call lasts longer (default 120; 0: never)",
     )
 
+    group.addoption(
+        "--glsl-cov",
+        nargs="?",
+        const="",
+        metavar="FOLDER",
+        help="report which blocks and branches of the shaders (below FOLDER) the tests ran",
+    )
+    group.addoption("--glsl-cov-lcov", metavar="FILE", help="write that report to FILE as lcov")
+    group.addoption(
+        "--glsl-cov-min", type=float, metavar="PERCENT", help="fail when less of the shaders ran; implies --glsl-cov"
+    )
+
+
+_COVERAGE = pytest.StashKey[Any]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Coverage begins before the first test, where it is asked for."""
+    options = ("--glsl-cov", "--glsl-cov-lcov", "--glsl-cov-min")
+    if any(config.getoption(name) is not None for name in options):
+        from pathlib import Path
+
+        from glbump.glsltest.coverage import Coverage
+
+        folder = config.getoption("--glsl-cov")
+        if folder and not Path(folder).is_dir():
+            raise pytest.UsageError(f"--glsl-cov: {folder} is no folder")
+        config.stash[_COVERAGE] = Coverage(Path(folder).resolve() if folder else None)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Files that no test loaded count too; too little coverage fails the run."""
+    seen = session.config.stash.get(_COVERAGE, None)
+    if seen is None or session.config.getoption("collectonly"):
+        return
+    from pathlib import Path
+
+    seen.see_folder()
+    if target := session.config.getoption("--glsl-cov-lcov"):
+        Path(target).write_text(seen.lcov())
+    least = session.config.getoption("--glsl-cov-min")
+    if least is not None and 100 * seen.share < least and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """The coverage table."""
+    seen = config.stash.get(_COVERAGE, None)
+    if seen is None or config.getoption("collectonly"):
+        return
+    terminalreporter.section("shader coverage")
+    for line in seen.table():
+        terminalreporter.write_line(line)
+    least = config.getoption("--glsl-cov-min")
+    if least is not None:
+        word = "less" if 100 * seen.share < least else "not less"
+        terminalreporter.write_line(f"{100 * seen.share:.1f} % ran: {word} than --glsl-cov-min={least:g}")
+
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """--glsl-backend=all: once for each way to run."""
@@ -69,6 +127,7 @@ def glsl(glsl_context: Any, glsl_backend: str, pytestconfig: pytest.Config) -> I
 
     with Glsl(glsl_context, backend=glsl_backend) as made:
         made.watch = _watch(pytestconfig)
+        made.coverage = pytestconfig.stash.get(_COVERAGE, None)
         yield made
         if made.watch is not None:
             made.watch.close()

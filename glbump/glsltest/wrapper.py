@@ -7,7 +7,6 @@ and a negative zero come back as the function left them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -76,7 +75,7 @@ void main() {
 class Plan:
     """What a call moves. inputs and samplers name parameters by index, outputs too (RETURN for the returned value).
 
-    extra: words that come back beside the function's own (variable in GLSL, column).
+    extra: words that come back beside the function's own (variable in GLSL, column). setup: GLSL that runs first.
     """
 
     signature: Signature
@@ -84,6 +83,7 @@ class Plan:
     outputs: tuple[tuple[int, Type, tuple[Column, ...]], ...]
     samplers: tuple[int, ...]
     extra: tuple[tuple[str, Column], ...] = ()
+    setup: str = ""
 
     @cached_property
     def in_columns(self) -> tuple[Column, ...]:
@@ -116,7 +116,7 @@ class Plan:
         return max(1, -(-self.out_words // (4 * GROUPS)))
 
 
-def plan_call(signature: Signature, extra: Sequence[tuple[str, Column]] = ()) -> Plan:
+def plan_call(signature: Signature) -> Plan:
     """The plan of a call; ShaderError where a parameter cannot come from NumPy."""
     inputs, samplers = [], []
     outputs: list[tuple[int, Type, tuple[Column, ...]]] = []
@@ -132,7 +132,7 @@ def plan_call(signature: Signature, extra: Sequence[tuple[str, Column]] = ()) ->
             inputs.append((i, tuple(columns)))
         if p.direction != "in":
             outputs.append((i, p.type, tuple(columns)))
-    return Plan(signature, tuple(inputs), tuple(outputs), tuple(samplers), tuple(extra))
+    return Plan(signature, tuple(inputs), tuple(outputs), tuple(samplers))
 
 
 def wrapped(source: Source, plan: Plan, backend: str, prefix: str) -> Source:
@@ -176,7 +176,7 @@ def _caller(plan: Plan, p: str) -> list[str]:
     samplers = {i: f"{p}s{k}" for k, i in enumerate(plan.samplers)}
     variables = [samplers.get(i, f"{p}a{i}") for i in range(len(params))]
     lines = [f"uniform highp {params[i].type.name} {name};" for i, name in samplers.items()]
-    lines.append(f"void {p}call(int {p}row) {{")
+    lines.append(f"void {p}call(int {p}row) {{ {plan.setup}")
     lines += [f"    {_declared(q.type, variables[i])};" for i, q in enumerate(params) if i not in samplers]
     number = 0
     for i, columns in plan.inputs:

@@ -192,7 +192,7 @@ def _tube_uv_bound(p: Any, radius: Any, want: F64) -> F64:
 
 
 def _quads() -> Rows:
-    """Flat convex quads in any plane, parallelograms among them, of sizes 1e-3 to 1e3, and points inside and on them."""
+    """Flat convex quads in any plane, parallelograms among them, of sizes 1e-3 to 1e3, and points in and on them."""
     count = 4000
     rng = np.random.default_rng(1)
     plane = np.stack([inputs.unit_vectors(count, 2), inputs.unit_vectors(count, 3)], axis=1).astype(float)
