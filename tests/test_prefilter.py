@@ -185,17 +185,17 @@ def test_energy_is_kept_and_contrast_falls() -> None:
     assert all(after < before for before, after in pairwise(spreads))
 
 
-# Measured in percent at roughness 0.2, 0.4, 0.6, 0.8, 1 (40 texels of each level):
-#   venice     64 samples  0.07 0.48 0.53 0.40 0.47    256 samples  0.02 0.14 0.12 0.10 0.13
-#   workshop   64 samples  0.83 0.67 0.61 0.42 0.57
-#   KernerEnv  64 samples  0.25 0.69 0.38 0.34 0.34    256 samples  0.07 0.32 0.20 0.17 0.17
-# With a sun, most of what is left at 256 samples is light lost on the way to level 0.
+# Measured in percent at roughness 0.2, 0.4, 0.6, 0.8, 1 (90 to 200 texels of each level):
+#   venice     64 samples  0.12 0.16 0.10 0.05 0.03    256 samples  0.02 0.04 0.03 0.01 0.01
+#   workshop   64 samples  0.39 0.25 0.18 0.15 0.14    256 samples  0.26 0.14 0.14 0.15 0.14
+#   KernerEnv  64 samples  0.25 0.36 0.20 0.18 0.16    256 samples  0.07 0.26 0.19 0.18 0.16
+# Where there is a sun, what is left at 256 samples is what level 0 makes of its few texels.
 @pytest.mark.parametrize(
     ("name", "samples", "most"),
     [
-        ("cc0/venice.exr", 64, 0.01),
-        ("cc0/venice.exr", 256, 0.003),
-        ("cc0/workshop.exr", 64, 0.015),
+        ("cc0/venice.exr", 64, 0.004),
+        ("cc0/venice.exr", 256, 0.001),
+        ("cc0/workshop.exr", 64, 0.008),
         ("openexr/KernerEnvLatLong.exr", 256, 0.005),
     ],
 )

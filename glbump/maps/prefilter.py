@@ -141,7 +141,8 @@ def gloss_chain(environment: Panorama | CubeFaces, size: int, samples: int) -> l
     split sum takes for granted. A constant environment stays that constant, to rounding.
 
     size: a power of two from 8. samples: of the environment, within 4 alpha of the lobe's axis (80 % of its
-    light); beyond, they grow with the distance.
+    light), for the texels of level 1; beyond, they grow with the distance. Each next level, with a quarter of
+    the texels, takes twice as many.
 
     Not sampled at random: the lobe depends on one angle alone, so each texel is a sum over the environment as a
     tree of texels (Barnes and Hut 1986), near ones fine, far ones coarse, each where its light is.
@@ -153,7 +154,7 @@ def gloss_chain(environment: Panorama | CubeFaces, size: int, samples: int) -> l
     faces = area_faces(environment, size)
     tree = _tree(faces)
     last = (size // _COARSEST).bit_length() - 1
-    return [faces] + [_blurred(tree, size >> i, (i / last) ** 2, samples) for i in range(1, last + 1)]
+    return [faces] + [_blurred(tree, size >> i, (i / last) ** 2, samples << (i - 1)) for i in range(1, last + 1)]
 
 
 def area_faces(environment: Panorama | CubeFaces, size: int) -> F32:
