@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from glbump.errors import GlbumpError
+from glbump.errors import ContextError, GlbumpError, ShaderError
 from glbump.progress import progress
 
 if TYPE_CHECKING:
@@ -211,15 +211,15 @@ def render(
     glbump render scene.toml -o ball.exr --set surface.0.bump.amplitude=0.1
     glbump render scene.toml -o truth.png --reference --samples 64
     """
+    from glbump.maps.files import check_target
     from glbump.scene import check_size
-    from glbump.scenefile import load_scene, set_from_text
+    from glbump.scenefile import files_of, load_scene, set_from_text
 
     if samples is not None and not reference:
         raise click.UsageError("--samples is of --reference; choose --quality otherwise")
     size = check_size(size)
-    content = load_scene(scene)
-    for setting in settings:
-        content = set_from_text(content, setting)
+    content = set_from_text(load_scene(scene), *settings)
+    check_target(output, tone=tone, exposure=exposure, inputs=files_of(content))
 
     if reference:
         from glbump.reference import render as render_reference
@@ -291,9 +291,12 @@ def diff(
     glbump diff got.png wanted.png
     glbump diff got.exr wanted.exr -o difference.png --max 2/255
     """
+    from glbump.maps.files import check_target
     from glbump.maps.images import read_picture
     from glbump.trade.metrics import compare, difference_picture
 
+    if output is not None:
+        check_target(output, inputs=(a, b))
     first, second = read_picture(a).pixels, read_picture(b).pixels
     with progress("comparing", shown=not session.quiet):
         figures = compare(first, second)
@@ -336,7 +339,18 @@ def doctor(session: Session, as_json: bool) -> None:
 
 
 def _fail(message: object, code: int) -> int:
-    click.echo(f"glbump: error: {' '.join(str(message).split())}", err=True)
+    """What went wrong, on standard error: one line, except where no OpenGL was found and a table says what was
+    tried. A name in it may come from a stranger's file: what a terminal would obey is spelt out."""
+    if isinstance(message, ContextError):
+        lines = str(message).splitlines()
+    elif isinstance(message, ShaderError):
+        first, *more = str(message).splitlines()
+        lines = [f"{first} (--debug shows the source around it)" if more else first]
+    else:
+        lines = [" ".join(str(message).split())]
+    text = "\n".join(lines).encode("utf-8", "backslashreplace").decode()
+    shown = "".join(c if c.isprintable() or c == "\n" else f"\\x{ord(c):02x}" for c in text)
+    click.echo(f"glbump: error: {shown}", err=True)
     return code
 
 

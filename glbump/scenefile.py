@@ -70,11 +70,34 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     write_atomically(path, content, error=SceneError)
 
 
-def set_from_text(scene: Scene, assignment: str) -> Scene:
-    """A copy of `scene` with one value set, named as in a scene file: "surface.0.bump.amplitude=0.1".
+def files_of(scene: Scene) -> list[Path]:
+    """The pictures and meshes that a scene names."""
+    found: list[Path] = []
 
-    The value is TOML; a word or a path may stand without quotes. Paths are taken as they are.
+    def collect(_where: str, value: Path | ArrayImage) -> None:
+        if isinstance(value, Path):
+            found.append(value)
+
+    scene_to_dict(scene, collect)
+    return found
+
+
+def set_from_text(scene: Scene, *assignments: str) -> Scene:
+    """A copy of `scene` with values set, named as in a scene file: "surface.0.bump.amplitude=0.1".
+
+    A value is TOML; a word or a path may stand without quotes. Paths are taken as they are. Only the whole has to
+    be a scene: a camera's eye may go where its target was, if the target is moved too.
     """
+    if not assignments:
+        return scene
+    tables = scene_to_dict(scene, lambda where, value: value, defaults=True)
+    for assignment in assignments:
+        _put(tables, *_assigned(assignment))
+    return scene_from_dict(tables, lambda where, value: value)
+
+
+def _assigned(assignment: str) -> tuple[str, Any]:
+    """The dotted name and the value of "name=value"."""
     import tomllib
 
     dotted, equals, text = (part.strip() for part in assignment.partition("="))
@@ -88,9 +111,7 @@ def set_from_text(scene: Scene, assignment: str) -> Scene:
         if not re.fullmatch(r"[\w./~-][\w./ ~:\\-]*", text):
             raise SceneError(f"cannot set {dotted}: {shown(text)} is no TOML value, word or path")
         parsed = {"value": text}
-    tables = scene_to_dict(scene, lambda where, value: value, defaults=True)
-    _put(tables, dotted, parsed["value"])
-    return scene_from_dict(tables, lambda where, value: value)
+    return dotted, parsed["value"]
 
 
 def _put(tables: dict[str, Any], dotted: str, value: Any) -> None:

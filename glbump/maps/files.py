@@ -11,7 +11,7 @@ import io
 import os
 import struct
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import GlbumpError, ImageError, unknown
-from glbump.maps.colour import Floats, alpha_bytes, display_bytes
+from glbump.maps.colour import Floats, alpha_bytes, display_bytes, tone_map
 
 DISPLAY_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
 """8 bits a channel, tone-mapped, sRGB."""
@@ -57,8 +57,30 @@ def write_atomically(
         finally:
             beside.unlink(missing_ok=True)
     except (OSError, ValueError) as why:
-        reason = (getattr(why, "strerror", None) or str(why)).lower()
-        raise error(f"{path}: cannot be written: {reason}; free or choose another place") from None
+        raise error(_unwritable(path, why)) from None
+
+
+def check_target(
+    path: str | os.PathLike[str], *, tone: str = "clip", exposure: float = 0.0, inputs: Iterable[Path] = ()
+) -> None:
+    """The errors of `write_picture` that do not depend on the pixels: to be had before they are drawn.
+
+    inputs: files that the pixels are made from, which are not to be written over.
+    """
+    path = Path(path)
+    _check_tone(path, _suffix(path, DISPLAY_SUFFIXES + LINEAR_SUFFIXES), tone, exposure)
+    try:
+        target = path.resolve()
+        _check_target(path, target, ImageError)
+        if any(target == file.resolve() for file in inputs):
+            raise ImageError(f"{path}: is one of the files that this picture is made from; choose another name")
+    except (OSError, ValueError) as why:
+        raise ImageError(_unwritable(path, why)) from None
+
+
+def _unwritable(path: Path, why: Exception) -> str:
+    reason = (getattr(why, "strerror", None) or str(why)).lower()
+    return f"{path}: cannot be written: {reason}; free or choose another place"
 
 
 def _check_target(path: Path, target: Path, error: type[GlbumpError]) -> None:
@@ -156,11 +178,7 @@ def write_picture(
         shown = [display_bytes(colour, tone, exposure), alpha_bytes(alpha)]
         write_display(path, np.concatenate(shown, axis=2))
         return
-    if tone != "clip" or exposure != 0:
-        raise ImageError(
-            f"{path}: {suffix} holds linear light, with no tone map or exposure; leave both out, "
-            f"or write one of {', '.join(DISPLAY_SUFFIXES)}"
-        )
+    _check_tone(path, suffix, tone, exposure)
     if alpha.size and (alpha == 1).all():
         array = colour
     elif alpha.size and suffix == ".exr":
@@ -193,6 +211,16 @@ def _suffix(path: Path, allowed: tuple[str, ...]) -> str:
     if suffix not in allowed:
         raise ImageError(f"{path}: {unknown('suffix', path.suffix, allowed)}")
     return suffix
+
+
+def _check_tone(path: Path, suffix: str, tone: str, exposure: float) -> None:
+    if suffix in DISPLAY_SUFFIXES:
+        tone_map(0.0, tone, exposure)  # raises what it would raise for pixels
+    elif tone != "clip" or exposure != 0:
+        raise ImageError(
+            f"{path}: {suffix} holds linear light, with no tone map or exposure; leave both out, "
+            f"or write one of {', '.join(DISPLAY_SUFFIXES)}"
+        )
 
 
 def _picture_array(path: Path, pixels: npt.ArrayLike) -> Floats:
@@ -242,6 +270,10 @@ def _write_floats(beside: Path, pixels: npt.NDArray[Any], path: Path) -> None:
     """Write .exr, .hdr or .tif through OpenImageIO to `beside`; messages name `path`."""
     import OpenImageIO as oiio
 
+    try:
+        str(beside).encode()
+    except UnicodeEncodeError:
+        raise ImageError(f"{path}: is no name in UTF-8, which {path.suffix} needs; choose another name") from None
     suffix = path.suffix.lower()
     if pixels.shape[2] == 1 and suffix == ".hdr":  # It has no grey.
         pixels = np.repeat(pixels, 3, axis=2)

@@ -141,6 +141,14 @@ def _check_file(path: Path) -> None:
         raise ImageError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
+def _check_name(path: Path) -> None:
+    """ImageError for a name that OpenImageIO cannot be given."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise ImageError(f"{path}: its name is no UTF-8 text; rename the file") from None
+
+
 def _require_whole_png(path: Path) -> None:
     """ImageError for a PNG whose chunks do not add up: libpng would say so on stderr, beside our one line."""
     with path.open("rb") as file:
@@ -173,6 +181,7 @@ def _reason(library: Any) -> str:
 def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
     path = Path(path)
     _check_file(path)
+    _check_name(path)
     _require_whole_png(path)
     import OpenImageIO as oiio
 

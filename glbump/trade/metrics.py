@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from glbump import validate as check
 from glbump.errors import ImageError
 from glbump.maps.colour import Floats, eight_bit, srgb_from_linear
 from glbump.maps.files import require_no_nan, write_display
@@ -81,6 +82,7 @@ def difference_picture(a: npt.ArrayLike, b: npt.ArrayLike, gain: float = 8.0) ->
 
     a, b: as for `compare`. The values are display values: write them with `write_display`, not as linear light.
     """
+    gain = check.number("gain", gain, least=0, most=1e6)
     first, second = _pair(a, b, display=True)
     return np.clip(np.abs(first[..., :3] - second[..., :3]) * gain, 0, 1)
 
