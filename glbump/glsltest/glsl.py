@@ -22,6 +22,7 @@ from glbump.gl.context import Context, open_context
 from glbump.gl.source import Define, Source, resolve
 from glbump.glsltest.coverage import Coverage
 from glbump.glsltest.module import Module
+from glbump.glsltest.mutants import Mutant
 from glbump.glsltest.runners import RUNNERS, Arena, Runner
 from glbump.glsltest.watch import Watch
 from glbump.glsltest.wrapper import BACKENDS, Plan
@@ -49,6 +50,10 @@ class Glsl:
         self._modules: dict[Any, Module] = {}
         self.watch: Watch | None = None
         self.coverage: Coverage | None = None
+        # For seeded faults: the one in force, whether it did not compile, and which functions have been called.
+        self.mutant: Mutant | None = None
+        self.stillborn = False
+        self.called: set[tuple[str, str]] | None = None
         # moderngl 5.13 never deletes the program object of a shader that does not compile.
         self._failed = 0
         _all.add(self)
@@ -89,6 +94,8 @@ class Glsl:
         if source is not None and text is None and _is_text(source):
             source, text = None, str(source)
         resolved = resolve(source, text=text, defines=defines, version=version, folders=[Path(f) for f in folders])
+        if self.mutant is not None:
+            resolved = self.mutant.in_source(resolved)
         values = [(name, np.asarray(value).tobytes()) for name, value in (uniforms or {}).items()]
         key = (resolved.text, resolved.lines, repr(constants), tuple(values), loop_limit)
         if key not in self._modules:
@@ -111,6 +118,7 @@ class Glsl:
             made = RUNNERS[backend](self.context, self.arena, plan, prefix, source)
         except ShaderError:
             self._failed += 1
+            self.stillborn = True
             raise
         self._runners[key] = made
         return made

@@ -260,6 +260,12 @@ class Overload:
         return edits.needs_fragment(self.module.found, self.signature)
 
     @cached_property
+    def _reached(self) -> set[tuple[str, str]]:
+        """The (file, function) of all that a call runs."""
+        found = self.module.found.reached(self.signature)
+        return {(self.module.origin(f.start).rpartition(":")[0], f.name) for f in found}
+
+    @cached_property
     def implicit_level(self) -> bool:
         """Whether it reads textures at the level that derivatives choose."""
         found = self.module.found
@@ -279,6 +285,8 @@ class Overload:
             raise ShaderError(f"{self.signature} {said}; got {rows.lead}")
         glsl = self.module.glsl
         glsl.context.check("call a GLSL function")
+        if glsl.called is not None:
+            glsl.called |= self._reached
         built = self._program(self._backend(quads, wanted))
         columns = empty_results(built.runner.plan, rows.count)
         if rows.count:

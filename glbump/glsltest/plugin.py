@@ -44,13 +44,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--glsl-cov-min", type=float, metavar="PERCENT", help="fail when less of the shaders ran; implies --glsl-cov"
     )
+    group.addoption(
+        "--glsl-mutants", metavar="PATH", help="seed faults into the GLSL at PATH, and report which the tests kill"
+    )
+    group.addoption("--glsl-mutants-count", type=int, metavar="N", help="seed N of the faults, drawn at random")
+    group.addoption("--glsl-mutants-seed", type=int, default=0, metavar="SEED", help="of that draw (default 0)")
+    group.addoption("--glsl-mutants-min", type=float, metavar="PERCENT", help="fail when fewer faults are killed")
+    group.addoption("--glsl-mutants-known", metavar="FILE", help="TOML file that explains survivors")
 
 
 _COVERAGE = pytest.StashKey[Any]()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Coverage begins before the first test, where it is asked for."""
+    """Coverage and seeded faults begin before the first test, where they are asked for."""
     options = ("--glsl-cov", "--glsl-cov-lcov", "--glsl-cov-min")
     if any(config.getoption(name) is not None for name in options):
         from pathlib import Path
@@ -61,6 +68,14 @@ def pytest_configure(config: pytest.Config) -> None:
         if folder and not Path(folder).is_dir():
             raise pytest.UsageError(f"--glsl-cov: {folder} is no folder")
         config.stash[_COVERAGE] = Coverage(Path(folder).resolve() if folder else None)
+    if (told := config.getoption("--glsl-mutants")) is not None:
+        from pathlib import Path
+
+        from glbump.glsltest.mutation_run import MutationRun
+
+        if not Path(told).exists():
+            raise pytest.UsageError(f"--glsl-mutants: there is no {told}")
+        config.pluginmanager.register(MutationRun(config), "glsl-mutants")
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
