@@ -43,7 +43,8 @@ def sh9(environment: Panorama | CubeFaces) -> F64:
     1 / 4 pi, 3 / 4 pi, 15 / 4 pi (xy, yz, xz), 5 / 16 pi, 15 / 16 pi (Ramamoorthi and Hanrahan 2001). What three
     bands leave out: on average about 1 %, for a point light at most 3/32 of its peak, which can be negative.
 
-    The projection takes texels as constant over their area and is exact for them (float32 sums along rows).
+    Texels count by their solid angle; faces above 256 are halved first. The projection differs from that of the
+    continuous radiance by the second order in a texel's size, and by float32 sums.
     """
     total, first, second = (
         _panorama_moments(environment) if isinstance(environment, Panorama) else _cube_moments(environment)
@@ -121,12 +122,15 @@ def _cube_moments(source: CubeFaces) -> tuple[F64, F64, F64]:
     n = faces.shape[1]
     at = np.linspace(-1, 1, n) if source.border else (2 * np.arange(n) + 1) / n - 1
     # On every face a direction is (1, a, b) / |(1, a, b)| along major axis, s and t.
-    local = np.stack(np.broadcast_arrays(1.0, at[None, :], at[:, None]), axis=-1)
-    local /= np.linalg.norm(local, axis=-1, keepdims=True)
-    products = (local[..., :, None] * local[..., None, :]).reshape(n, n, 9)
-    weights = np.concatenate([np.ones((n, n, 1)), local, products], axis=-1)
-    weights *= cube.solid_angles(n, border=source.border)[..., None]
-    moments = np.matmul(weights.reshape(n * n, 13).T, faces.reshape(6, n * n, 3))
+    along = 1 / np.sqrt(1 + at[None, :] ** 2 + at[:, None] ** 2)
+    local = (along, along * at[None, :], along * at[:, None])
+    weights = np.empty((13, n, n), np.float32)
+    weights[0] = area = cube.solid_angles(n, border=source.border)
+    for i, one in enumerate(local):
+        weights[1 + i] = weighted = area * one
+        for j, other in enumerate(local):
+            weights[4 + 3 * i + j] = weighted * other
+    moments = np.matmul(weights.reshape(13, n * n), faces.reshape(6, n * n, 3)).astype(np.float64)
     axes = cube.face_axes()
     first = np.einsum("fki,fkc->ic", axes, moments[:, 1:4])
     second = np.einsum("fki,fmj,fkmc->ijc", axes, axes, moments[:, 4:].reshape(6, 3, 3, 3))
