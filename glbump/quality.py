@@ -60,7 +60,8 @@ class Quality(check.Frozen):
     environment_filter, bump_filter: "bilinear" (level 0 alone), "nearest-level" or "trilinear" (mip levels by
     the sample's footprint). texture_format, frame_format: "half" or "float".
     silhouette: how far, in pixels, a curved shape's outline may lie from the true one.
-    gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: per texel.
+    gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: source texels that
+    a texel of its second level reads where its lobe is high; each further level reads twice as many.
     """
 
     preset: str = "balanced"
@@ -87,7 +88,7 @@ class Quality(check.Frozen):
         check.choice("quality.environment_layout", values["environment_layout"], ("given", "cube"))
         for name in ("texture_format", "frame_format"):
             check.choice(f"quality.{name}", values[name], ("half", "float"))
-        size = check.integer("quality.gloss_size", values["gloss_size"], least=4, most=1024)
+        size = check.integer("quality.gloss_size", values["gloss_size"], least=8, most=1024)
         if size & (size - 1):
             raise SceneError(f"quality.gloss_size must be a power of two; got {size}")
         values.update(
