@@ -46,8 +46,6 @@ ONLY_IN = {
     "PIL": ("maps", "frame"),
     "trimesh": ("meshfile", "meshformats"),
     "DracoPy": ("meshfile", "meshformats"),
-    "tomllib": ("scenefile",),
-    "tomli_w": ("scenefile",),
     "click": ("cli", "commands"),
     "rich": ("cli", "commands", "progress"),
     "pytest": ("glsltest",),
