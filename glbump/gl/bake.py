@@ -7,31 +7,34 @@ import math
 import moderngl
 
 from glbump.gl.context import Context
+from glbump.gl.levels import texture_2d
 from glbump.gl.program import build_program
 from glbump.gl.source import resolve
 from glbump.maps.panorama import Panorama
+from glbump.maps.pyramid import chain
 from glbump.plan import LATLONG, Plan
 
 
-def cube_of_panorama(
-    context: Context, source: moderngl.Texture, panorama: Panorama, plan: Plan
-) -> moderngl.TextureCube:
-    """The lat-long texture `source` (with mip levels) resampled to a cube of plan.cube_size.
+def cube_of_panorama(context: Context, panorama: Panorama, plan: Plan) -> moderngl.TextureCube:
+    """The panorama resampled to a cube of plan.cube_size.
 
     Trilinear at the level whose texels are as large as the cube's: for each texel one read, no aliasing.
     """
     assert plan.cube_size is not None
     size, gl = plan.cube_size, context.gl
     border = panorama.uv_scale != (1.0, 1.0)
-    defines = {"ENVIRONMENT": LATLONG, "ENVIRONMENT_BORDER": int(border), "ENVIRONMENT_MIP": 0, "EXPOSURE": 0}
+    defines = {"ENVIRONMENT": LATLONG, "ENVIRONMENT_BORDER": int(border), "ENVIRONMENT_FOOTPRINT": 0, "EXPOSURE": 0}
     program = build_program(gl, resolve("fullscreen.vert"), resolve("bake_cube.frag", defines=defines))
     program["environment"] = 0
     program["face_size"] = size
     # A texel at the middle of a face spans 2 / size radians, one of the picture 2 pi / width.
-    program["level"] = max(0.0, math.log2(source.width / (math.pi * size)))
+    level = max(0.0, math.log2(panorama.pixels.shape[1] / (math.pi * size)))
+    program["level"] = level
     if border:
         program["border"] = (*panorama.uv_scale, *panorama.uv_offset)
     dtype = "f2" if plan.texture_format == "half" else "f4"
+    source = texture_2d(context, chain(panorama.pixels, math.ceil(level)), dtype)
+    source.repeat_y = False
     target = gl.texture((size, 6 * size), 4, dtype=dtype)
     frame = gl.framebuffer([target])
     empty = gl.vertex_array(program, [])
@@ -40,6 +43,7 @@ def cube_of_panorama(
     source.use(0)
     empty.render(vertices=3)
     cube = gl.texture_cube((size, size), 4, target.read(), dtype=dtype)
-    for thing in (empty, program, frame, target):
+    context.unbind()
+    for thing in (empty, program, frame, target, source):
         thing.release()
     return cube

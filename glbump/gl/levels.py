@@ -1,9 +1,14 @@
-"""Levels of cube textures: moderngl's TextureCube reads and writes level 0 alone, so these go to OpenGL itself."""
+"""Textures with levels of our own making.
+
+moderngl's TextureCube reads and writes level 0 alone, and its Texture gets levels from glGenerateMipmap alone, which
+llvmpipe compiles anew in every process (a third of the time of a first picture), so these go to OpenGL itself.
+"""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -11,33 +16,58 @@ import numpy.typing as npt
 
 from glbump.gl.context import Context
 
-_CUBE_POSITIVE_X = 0x8515
-_RGB = 0x1907
+F32 = npt.NDArray[np.float32]
+
+_UPLOAD_UNIT = 15
+"""Textures are bound here while they are filled: the last unit that OpenGL 3.3 promises, and none draws from it."""
+
+_TEXTURE_2D, _TEXTURE_CUBE, _CUBE_POSITIVE_X = 0x0DE1, 0x8513, 0x8515
+_MAX_LEVEL, _UNPACK_ALIGNMENT = 0x813D, 0x0CF5
+_FORMATS = {2: 0x8227, 3: 0x1907}
 _TYPES = {"f2": (0x140B, np.float16), "f4": (0x1406, np.float32)}
-_UNPACK_ALIGNMENT = 0x0CF5
+_INTERNAL = {("f2", 2): 0x822F, ("f2", 3): 0x881B, ("f4", 2): 0x8230, ("f4", 3): 0x8815}
 
 
-def cube_texture(context: Context, levels: Sequence[npt.NDArray[np.float32]], dtype: str) -> moderngl.TextureCube:
-    """A cube texture with given levels, each (6, n, n, 3), every one half the size of the last.
+def texture_2d(context: Context, levels: Sequence[F32], dtype: str) -> moderngl.Texture:
+    """A texture with given levels, each (h, w, 2 or 3), every one half the size of the last, rounded down.
 
     dtype: "f2" or "f4". The levels need not go down to 1x1: look-ups past the last read the last.
     """
-    size = levels[0].shape[1]
-    gl_type, np_type = _TYPES[dtype]
-    texture = context.gl.texture_cube((size, size), 3, levels[0].astype(np_type).tobytes(), dtype=dtype)
-    if len(levels) == 1:
-        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        return texture
-    # Allocates the levels, and sets how far they go; their contents follow.
-    texture.build_mipmaps(0, len(levels) - 1)
-    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-    texture.use(0)
-    i, u, p = ctypes.c_int, ctypes.c_uint, ctypes.c_void_p
-    context.native.entry("glPixelStorei", u, i)(_UNPACK_ALIGNMENT, 1)
-    write = context.native.entry("glTexSubImage2D", u, i, i, i, i, i, u, u, p)
-    for number, level in enumerate(levels[1:], 1):
-        for face in range(6):
-            data = np.ascontiguousarray(level[face], np_type)
-            n = data.shape[0]
-            write(_CUBE_POSITIVE_X + face, number, 0, 0, n, n, _RGB, gl_type, data.ctypes.data)
+    height, width, channels = levels[0].shape
+    texture = context.gl.texture((width, height), channels, levels[0].astype(_TYPES[dtype][1]), dtype=dtype)
+    _fill(context, texture, _TEXTURE_2D, dtype, [[(_TEXTURE_2D, level)] for level in levels[1:]])
     return texture
+
+
+def cube_texture(context: Context, levels: Sequence[F32], dtype: str) -> moderngl.TextureCube:
+    """A cube texture with given levels, each (6, n, n, 3), every one half the size of the last; as `texture_2d`."""
+    size = levels[0].shape[1]
+    texture = context.gl.texture_cube((size, size), 3, levels[0].astype(_TYPES[dtype][1]).tobytes(), dtype=dtype)
+    faces = [[(_CUBE_POSITIVE_X + face, pixels) for face, pixels in enumerate(level)] for level in levels[1:]]
+    _fill(context, texture, _TEXTURE_CUBE, dtype, faces)
+    return texture
+
+
+def _fill(
+    context: Context,
+    texture: moderngl.Texture | moderngl.TextureCube,
+    kind: int,
+    dtype: str,
+    levels: Iterable[Sequence[tuple[int, F32]]],
+) -> None:
+    """Levels 1 and on, each a list of (OpenGL's name of the picture, its pixels)."""
+    i, u, p = ctypes.c_int, ctypes.c_uint, ctypes.c_void_p
+    entry: Any = context.native.entry
+    gl_type, numpy_type = _TYPES[dtype]
+    texture.use(_UPLOAD_UNIT)
+    entry("glPixelStorei", u, i)(_UNPACK_ALIGNMENT, 1)
+    write = entry("glTexImage2D", u, i, i, i, i, i, u, u, p)
+    last = 0
+    for last, pictures in enumerate(levels, 1):
+        for name, pixels in pictures:
+            data = np.ascontiguousarray(pixels, numpy_type)
+            height, width, channels = data.shape
+            internal = _INTERNAL[dtype, channels]
+            write(name, last, internal, width, height, 0, _FORMATS[channels], gl_type, data.ctypes.data)
+    entry("glTexParameteri", u, u, i)(kind, _MAX_LEVEL, last)
+    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR if last else moderngl.LINEAR, moderngl.LINEAR)

@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from glbump.contents import Contents, bump_key, environment_key, shape_key
 from glbump.gl.context import Context
-from glbump.gl.levels import cube_texture
+from glbump.gl.levels import cube_texture, texture_2d
 from glbump.maps.cube import CubeFaces
-from glbump.maps.panorama import Panorama, levels
+from glbump.maps.panorama import Panorama
 from glbump.maps.pyramid import chain
 from glbump.mesh import outline
 from glbump.plan import Plan
@@ -23,7 +23,6 @@ from glbump.scene import Bump, Environment, NormalMap
 from glbump.shapes import Shape
 
 _DTYPES = {"half": "f2", "float": "f4"}
-_NUMPY = {"half": np.float16, "float": np.float32}
 _FILTERS = {
     "bilinear": (moderngl.LINEAR, moderngl.LINEAR),
     "nearest-level": (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR),
@@ -105,23 +104,21 @@ class Store:
         if isinstance(picture, Panorama) and plan.cube_size is None:
             return self.panorama(picture, plan.texture_format, plan.environment_filter)
         dtype = _DTYPES[plan.texture_format]
+        with_levels = plan.environment_filter != "bilinear"
         if isinstance(picture, CubeFaces):
-            faces = picture.pixels
-            texture = cube_texture(self._context, [faces], dtype)
+            texture = cube_texture(self._context, chain(picture.pixels) if with_levels else [picture.pixels], dtype)
         else:
             from glbump.gl.bake import cube_of_panorama
 
-            source, _ = self.panorama(picture, plan.texture_format, "trilinear")
-            texture = cube_of_panorama(self._context, source, picture, plan)
-            source.release()
-        if plan.environment_filter != "bilinear":
-            texture.build_mipmaps()
+            texture = cube_of_panorama(self._context, picture, plan)
+            if with_levels:
+                texture.build_mipmaps()
         texture.filter = _FILTERS[plan.environment_filter]
         return texture, _bytes_of(texture.size, 6 * texture.components, dtype, plan.environment_filter)
 
     def panorama(self, picture: Panorama, texture_format: str, how: str) -> tuple[moderngl.Texture, int]:
         """A lat-long texture: repeats in u, clamps in v, row 0 on top at t = 0."""
-        texture = self._texture_2d(picture.pixels, texture_format, how, levels)
+        texture = self._texture_2d(picture.pixels, texture_format, how)
         texture.repeat_y = False
         return texture, _bytes_of(texture.size, 3, _DTYPES[texture_format], how)
 
@@ -130,7 +127,7 @@ class Store:
 
         def make() -> tuple[Any, int]:
             slopes = np.ascontiguousarray(self._contents.slopes(bump)[::-1])
-            texture = self._texture_2d(slopes, plan.slopes_format, plan.bump_filter, chain)
+            texture = self._texture_2d(slopes, plan.slopes_format, plan.bump_filter)
             return texture, _bytes_of(texture.size, 2, _DTYPES[plan.slopes_format], plan.bump_filter)
 
         key = ("slopes", bump_key(bump), plan.slopes_format, plan.bump_filter)
@@ -167,21 +164,9 @@ class Store:
         result: MeshBuffers = self._get(("mesh", shape and shape_key(shape), segments, tuple(attributes)), make)
         return result
 
-    def _texture_2d(
-        self,
-        pixels: npt.NDArray[np.float32],
-        texture_format: str,
-        how: str,
-        make_levels: Callable[[npt.NDArray[np.float32]], list[npt.NDArray[np.float32]]],
-    ) -> moderngl.Texture:
-        height, width, channels = pixels.shape
-        data = pixels.astype(_NUMPY[texture_format], copy=False)
-        texture = self._context.gl.texture((width, height), channels, data, dtype=_DTYPES[texture_format])
-        if how != "bilinear" and max(width, height) > 1:
-            chain_of = make_levels(pixels)
-            texture.build_mipmaps(0, len(chain_of) - 1)
-            for number, level in enumerate(chain_of[1:], 1):
-                texture.write(level.astype(_NUMPY[texture_format]).tobytes(), level=number)
+    def _texture_2d(self, pixels: npt.NDArray[np.float32], texture_format: str, how: str) -> moderngl.Texture:
+        levels = [pixels] if how == "bilinear" else chain(pixels)
+        texture = texture_2d(self._context, levels, _DTYPES[texture_format])
         texture.filter = _FILTERS[how]
         return texture
 

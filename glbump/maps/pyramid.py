@@ -42,11 +42,11 @@ def halve(array: npt.NDArray[Any]) -> F32:
     return _halve(array).astype(np.float32)
 
 
-def chain(array: npt.NDArray[Any]) -> list[F32]:
-    """All mip levels of (..., H, W, C), `array` itself first, 1x1 last; float32, rounded once for each level."""
+def chain(array: npt.NDArray[Any], most: int = 64) -> list[F32]:
+    """The mip levels of (..., H, W, C), `array` itself first, 1x1 or level `most` last; float32, each rounded once."""
     levels = [np.asarray(array, np.float32)]
     exact: npt.NDArray[Any] = array
-    while max(exact.shape[-3:-1]) > 1:
+    while max(exact.shape[-3:-1]) > 1 and len(levels) <= most:
         exact = _halve(exact)
         levels.append(exact.astype(np.float32))
     return levels
