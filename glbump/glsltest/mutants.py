@@ -14,7 +14,7 @@ from pathlib import Path
 
 from glbump.errors import ShaderError
 from glbump.gl.source import Source, resolve
-from glbump.glsltest.declarations import Declarations, declarations
+from glbump.glsltest.declarations import declarations
 from glbump.glsltest.grammar import Node
 
 _OPERATORS = {
@@ -71,8 +71,12 @@ def mutants_of(path: Path) -> list[Mutant]:
             body = found.body(f)
         except ShaderError:
             continue
+        # The order of components does not matter to a length.
+        lengths = {id(n.kids[0]) for n in body.walk() if n.kind == "call" and n.word == "length" and n.kids}
         for node in body.walk():
-            for start, end, new in _faults(source.text, found, node):
+            if node.kind == "member" and id(node) in lengths:
+                continue
+            for start, end, new in _faults(source.text, node):
                 old = source.text[start:end]
                 line = source.text.count("\n", 0, start)
                 file, number = source.origin(line + 1)
@@ -85,7 +89,7 @@ def mutants_of(path: Path) -> list[Mutant]:
 Fault = tuple[int, int, str]
 
 
-def _faults(text: str, found: Declarations, node: Node) -> Iterator[Fault]:
+def _faults(text: str, node: Node) -> Iterator[Fault]:
     def said(part: Node) -> str:
         return text[part.start : part.end]
 
