@@ -11,6 +11,7 @@ from glbump.camera import Camera
 from glbump.gl.renderer import Renderer
 from glbump.quality import Quality
 from glbump.reference.filter import quad_differences
+from glbump.reference.shade import BACKGROUND
 from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
 
@@ -43,7 +44,7 @@ def _inside(surface: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
     height, width = surface.shape
     padded = np.pad(surface, 2, mode="edge")
     around = np.stack([padded[y : y + height, x : x + width] for y in range(5) for x in range(5)])
-    return (around.min(axis=0) == around.max(axis=0)) & (around[0] >= reference.shade.BACKGROUND)
+    return (around.min(axis=0) == around.max(axis=0)) & (around[0] >= BACKGROUND)
 
 
 @pytest.mark.parametrize("how", ["trilinear", "nearest-level"])
