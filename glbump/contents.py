@@ -121,6 +121,11 @@ class Contents:
         result: F32 = self._get(bump_key(bump), lambda: _slopes(bump))
         return result
 
+    def steepest(self, bump: Bump | NormalMap) -> float:
+        """The largest of `slopes`, of either sign."""
+        result: float = self._get(("steepest", bump_key(bump)), lambda: _largest(self.slopes(bump)))
+        return result
+
     def mesh(self, shape: Shape, segments: int = SEGMENTS[0]) -> Mesh:
         """The shape's triangles; a mesh file's are its own, whatever the segments."""
         key = ("mesh", shape_key(shape), None if isinstance(shape, MeshFile) else segments)
@@ -132,12 +137,21 @@ class Contents:
         result: npt.NDArray[np.float64] = self._get(
             ("bounds", shape_key(shape)), lambda: bounds(self.mesh(shape) if isinstance(shape, MeshFile) else shape)
         )
-    def steepest(self, bump: Bump | NormalMap) -> float:
-        """The largest of `slopes`, of either sign."""
-        result: float = self._get(("steepest", bump_key(bump)), lambda: _largest(self.slopes(bump)))
         return result
 
-        return result
+    def frame(self, shape: Shape) -> tuple[npt.NDArray[np.float64], float]:
+        """Origin (3,) and unit, in the shape's own space, of the coordinates that the GPU has of it.
+
+        In 32-bit floats a quad 1e7 from its origin moves by whole units, and the products of one 1e6 wide overflow:
+        coordinates are counted from the middle of the shape's box, in some half of its width. A power of two, so
+        that a shape about its origin loses nothing.
+        """
+        low, high = self.bounds(shape)
+        return (low + high) / 2, 2.0 ** float(np.rint(np.log2((high - low).max() / 2)))
+
+
+def _largest(values: F32) -> float:
+    return max(float(values.max()), -float(values.min()))
 
 
 def _read(environment: Environment) -> Panorama | CubeFaces:
@@ -151,10 +165,6 @@ def _read(environment: Environment) -> Panorama | CubeFaces:
     if isinstance(image, tuple):
         return cube_from_picture([read_colour(picture_of(face)) for face in image], environment.orientation)
     return cube_from_picture(read_colour(picture_of(image)), environment.orientation)
-def _largest(values: F32) -> float:
-    return max(float(values.max()), -float(values.min()))
-
-
 
 
 def _slopes(bump: Bump | NormalMap) -> F32:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +69,12 @@ def tessellate(shape: Shape, segments: int) -> Mesh:
             from glbump.meshfile import load_mesh
 
             return load_mesh(path)
+
+
+def in_frame(mesh: Mesh, origin: Floats, unit: float) -> Mesh:
+    """The mesh in coordinates counted from `origin` (3,), in `unit`s."""
+    dpdu, dpdv = (None if t is None else t / unit for t in (mesh.dpdu, mesh.dpdv))
+    return replace(mesh, positions=(mesh.positions - origin) / unit, dpdu=dpdu, dpdv=dpdv)
 
 
 def outline(segments: int) -> Mesh:

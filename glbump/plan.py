@@ -18,6 +18,13 @@ from glbump.scene import Bump, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus
 
 HALF_MAX = 65504.0
+HALF_DIM = 2.0**-8
+"""Least peak of what is kept in halves: they end in steps of 2**-24, so 1/256 of it still has 8 bits."""
+HALF_SUM = 4
+"""Most samples that are added up in halves: each addition costs up to 2**-11, and 4096 lose half of the light."""
+FAR_OVER_NEAR = 1e3
+"""Largest far / near for which depth is kept as OpenGL has it: far off, its 24 bits tell two surfaces apart by
+far / near * 2**-24 of their distance. A logarithm tells them apart by log(far / near) * 2**-23 at any distance."""
 BRIGHTEST = 1e36
 """Most that an environment may reach, its exposure counted in: differences and sums of it stay 32-bit floats."""
 STEEPEST = 1e12
@@ -29,6 +36,7 @@ NO_BUMP, HEIGHT, NORMAL = range(3)
 LATLONG, CUBE = range(2)
 LOOKUPS = {"reflection": 0, "normal": 1}
 NONE, ORTHOGONAL, GENERAL = range(3)
+BY_POINT, BY_PIXEL = range(2)
 WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
 
 
@@ -80,6 +88,7 @@ class Plan:
     gloss: tuple[int, int] | None
     irradiance: bool
     near_far: tuple[float, float]
+    log_depth: bool
     surfaces: tuple[SurfacePlan, ...]
     choices: tuple[Choice, ...]
 
@@ -112,21 +121,26 @@ def make_plan(
             f"the environment reaches {max(peak, bright):.3g} at exposure {environment.exposure:g}; "
             f"at most {BRIGHTEST:g}: lower environment.exposure, or scale the picture"
         )
-    texture_format = _float_if_too_large("texture format", quality.texture_format, "environment", peak, note)
-    frame_format = _float_if_too_large("frame format", quality.frame_format, "environment", bright, note)
+    texture_format = _fitting_format("texture format", quality.texture_format, "environment", peak, note)
+    frame_format = _frame_format(quality, bright, note)
     shared, cube_size = _environment(scene, quality, size, contents, capabilities, note)
     for i, surface in enumerate(scene.surfaces):
         _require_uv(i, surface, contents)
     boxes = _world_bounds(scene, contents)
     apart = _apart(boxes)
+    near, far = near_far(scene.camera, boxes, size)
+    log_depth = scene.camera.projection == "perspective" and far > FAR_OVER_NEAR * near
+    if log_depth:
+        note("depth", "logarithm", f"it spans {near:.3g} to {far:.3g}; 24 bits would not tell what is far apart")
+    shared["LOG_DEPTH"] = int(log_depth)
     surfaces = tuple(
-        _surface(i, surface, scene, quality, size, shared, bool(apart[i]), note)
+        _surface(i, surface, scene, quality, size, shared, bool(apart[i]), contents, note)
         for i, surface in enumerate(scene.surfaces)
     )
     steepest = max(
         (_steepest(i, scene, contents, capabilities) for i, s in enumerate(surfaces) if s.has("BUMP")), default=0.0
     )
-    slopes_format = _float_if_too_large("slopes format", quality.texture_format, "steepest bump", steepest, note)
+    slopes_format = _fitting_format("slopes format", quality.texture_format, "steepest bump", steepest, note)
     glossy = any(s.has("LIGHT") == GLOSSY for s in surfaces)
     gloss = (quality.gloss_size, quality.gloss_samples) if glossy else None
     note(
@@ -151,7 +165,8 @@ def make_plan(
         sky=environment.background,
         gloss=gloss,
         irradiance=any(s.has("DIFFUSE") for s in surfaces),
-        near_far=near_far(scene.camera, boxes, size),
+        near_far=(near, far),
+        log_depth=log_depth,
         surfaces=surfaces,
         choices=tuple(choices),
     )
@@ -191,9 +206,19 @@ def _steepest(index: int, scene: Scene, contents: Contents, capabilities: Capabi
     return slope
 
 
-def _float_if_too_large(what: str, wanted: str, name: str, largest: float, note: Note) -> str:
+def _frame_format(quality: Quality, bright: float, note: Note) -> str:
+    if quality.frame_format == "half" and quality.samples > HALF_SUM:
+        note("frame format", "float", f"{quality.samples} samples a pixel add up in it; halves would lose them")
+        return "float"
+    return _fitting_format("frame format", quality.frame_format, "environment", bright, note)
+
+
+def _fitting_format(what: str, wanted: str, name: str, largest: float, note: Note) -> str:
     if wanted == "half" and largest > HALF_MAX:
         note(what, "float", f"the {name} reaches {largest:.3g}, and a half holds at most {HALF_MAX:.0f}")
+        return "float"
+    if wanted == "half" and 0.0 < largest < HALF_DIM:
+        note(what, "float", f"the {name} reaches {largest:.3g} at most, too near to the end of a half's range")
         return "float"
     note(what, wanted, f"values up to {largest:.3g} fit" if wanted == "half" else "as the quality asks")
     return wanted
@@ -267,6 +292,7 @@ def _surface(
     size: tuple[int, int],
     shared: dict[str, int],
     apart: bool,
+    contents: Contents,
     note: Note,
 ) -> SurfacePlan:
     name = f"surface {index}"
@@ -283,6 +309,9 @@ def _surface(
             value,
             f"outline within {quality.silhouette:g} pixels" + (", and nothing comes near to cut it" if outline else ""),
         )
+    near = _eye_is_near(surface, scene, contents)
+    if near:
+        note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
     bump_kind, why = NO_BUMP, "it has no bump"
     if isinstance(bump, Bump):
         bump_kind, why = (HEIGHT, "heights") if bump.amplitude != 0.0 else (NO_BUMP, "its amplitude is 0")
@@ -303,6 +332,7 @@ def _surface(
         "SHAPE": kinds[type(shape)],
         "OUTLINE": int(outline),
         "TRANSFORM": _transform(surface, scene),
+        "DIRECTION": BY_PIXEL if near else BY_POINT,
         "BUMP": bump_kind,
         "BUMP_MIP": int(bump_kind != NO_BUMP and quality.bump_filter != "bilinear"),
         "LOOKUP": LOOKUPS[scene.environment.lookup],
@@ -337,6 +367,21 @@ def _eye_is_inside(surface: Surface, scene: Scene) -> bool:
         # Its eye is a plane; nearer surfaces may lie behind it.
         return bool(np.linalg.norm(eye) <= np.linalg.norm(high))
     return bool(np.all(eye >= low) and np.all(eye <= high))
+
+
+NEAR = 0.01
+"""In widths of a surface's box: how near the eye may come before directions are taken by pixel. At this distance
+32-bit floats leave a point less the eye an error of 1e-5 radians."""
+
+
+def _eye_is_near(surface: Surface, scene: Scene, contents: Contents) -> bool:
+    """Whether the eye is within NEAR of the surface's box, or inside it."""
+    if scene.camera.projection == "orthographic":
+        return False
+    eye = np.linalg.solve(surface.transform.matrix(), [*scene.camera.eye, 1.0])[:3]
+    low, high = contents.bounds(surface.shape)
+    away = np.maximum(np.maximum(low - eye, eye - high), 0.0)
+    return bool(away.max() < NEAR * (high - low).max())
 
 
 def _radius_in_pixels(surface: Surface, scene: Scene, size: tuple[int, int]) -> float:

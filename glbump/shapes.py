@@ -122,6 +122,10 @@ Shape = Quad | Plane | Cube | Sphere | Torus | MeshFile
 SHAPES: tuple[type[Any], ...] = (Quad, Plane, Cube, Sphere, Torus, MeshFile)
 
 
+STRETCH = 1e6
+"""Most that a transform may stretch one axis over another."""
+
+
 @dataclass(frozen=True)
 class Transform(check.Frozen):
     """Where a shape stands in the world: first scaled, then rotated, then moved.
@@ -140,6 +144,11 @@ class Transform(check.Frozen):
             raise SceneError(
                 f"transform.scale must be at least {check.SHORTEST:g} or at most -{check.SHORTEST:g} "
                 f"on each axis (the surface would vanish); got {checked}"
+            )
+        if max(map(abs, checked)) > STRETCH * min(map(abs, checked)):
+            raise SceneError(
+                f"transform.scale must not differ by more than {STRETCH:g} between axes (seen from the shape itself, "
+                f"directions would be rounding); got {checked}"
             )
         self._store(
             translate=check.point("transform.translate", self.translate),

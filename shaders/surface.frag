@@ -13,6 +13,8 @@
 #define NONE 0
 #define ORTHOGONAL 1
 #define GENERAL 2
+#define BY_POINT 0
+#define BY_PIXEL 1
 #define REFLECTION 0
 #define BY_NORMAL 1
 #define WHITE_MIRROR 0
@@ -30,7 +32,16 @@
 #include "lib/ggx.glsl"
 #endif
 
+#if DIRECTION == BY_POINT
 uniform vec4 eye_object;  // w = 1: where the eye is; w = 0: the direction of view (orthographic)
+#elif DIRECTION == BY_PIXEL
+// Columns: change of the view direction with a pixel to the right, with one up; direction at the picture's centre.
+// Close to a surface, nothing but rounding would be left of p_object - eye.
+uniform mat3 object_from_pixel;
+uniform vec2 picture_centre;
+#else
+#error "DIRECTION must be BY_POINT or BY_PIXEL"
+#endif
 // NONE: the surface stands as the environment does. ORTHOGONAL: turned (its size is in its other uniforms).
 // GENERAL: stretched.
 #if TRANSFORM == ORTHOGONAL || TRANSFORM == GENERAL
@@ -74,6 +85,10 @@ uniform float roughness;
 #endif
 #endif
 
+#if LOG_DEPTH
+uniform vec2 log_depth;  // factor, summand
+#endif
+
 in vec3 p_object;
 #if SHAPE == MESH
 in vec3 mesh_normal;
@@ -107,13 +122,18 @@ struct SurfacePoint {
 SurfacePoint surface_point(vec3 dir_object) {
     SurfacePoint s;
 #if SHAPE == MESH
-    s.n_object = normalize(mesh_normal);
+    // Between vertices whose normals are opposite there is none: 0, and no NaN.
+    s.n_object = mesh_normal * inversesqrt(max(dot(mesh_normal, mesh_normal), 1e-30));
 #if BUMP
     s.uv = mesh_uv;
     s.dpdu = mesh_dpdu;
     s.dpdv = mesh_dpdv;
 #endif
 #elif SHAPE == SPHERE
+#if TWO_SIDED
+    // Seen from within, it is entered from behind.
+    if (!gl_FrontFacing) dir_object = -dir_object;
+#endif
     vec3 p = p_object + sphere_step(p_object, dir_object, radius) * dir_object;
     s.n_object = p / radius;
 #if BUMP
@@ -216,7 +236,11 @@ vec3 light(vec3 dir_env, vec3 n_env) {
 }
 
 void main() {
+#if DIRECTION == BY_POINT
     vec3 dir_object = eye_object.w > 0.5 ? normalize(p_object - eye_object.xyz) : eye_object.xyz;
+#else
+    vec3 dir_object = normalize(object_from_pixel * vec3(gl_FragCoord.xy - picture_centre, 1.0));
+#endif
     SurfacePoint s = surface_point(dir_object);
 #if TRANSFORM == GENERAL
     vec3 dir_env = normalize(env_from_object * dir_object);
@@ -236,4 +260,7 @@ void main() {
     n_env *= side;
 #endif
     color = vec4(light(dir_env, n_env), 1.0);
+#if LOG_DEPTH
+    gl_FragDepth = log_depth.x * log2(gl_FragCoord.w) + log_depth.y;
+#endif
 }

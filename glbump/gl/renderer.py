@@ -86,7 +86,7 @@ class Renderer:
         self._store.begin()
         _ = self.context.gl.error  # what others left behind is theirs
         targets = self._targets_for(plan)
-        view = View(scene, plan)
+        view = View(scene, plan, self.contents)
         prepared = time.perf_counter()
         frame = self._draw(scene, plan, view, targets)
         drawn = time.perf_counter()
@@ -163,7 +163,9 @@ class Renderer:
                 gl.disable(moderngl.CULL_FACE)
             gl.front_face = "cw" if view.mirrored[i] else "ccw"
             uniforms.write(values)
-            uniforms.write({"clip_from_object": view.clip_from_object(i)})
+            uniforms.write(
+                {"clip_from_object": view.clip_from_object(i), "object_from_pixel": view.object_from_pixel(i)}
+            )
             vertices.render()
         gl.front_face = "ccw"
         if sky is not None:

@@ -17,7 +17,7 @@ from glbump.gl.levels import cube_texture, texture_2d
 from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
 from glbump.maps.pyramid import chain
-from glbump.mesh import outline
+from glbump.mesh import in_frame, outline
 from glbump.plan import Plan
 from glbump.scene import Bump, Environment, NormalMap
 from glbump.shapes import Shape
@@ -154,6 +154,8 @@ class Store:
 
         def make() -> tuple[Any, int]:
             mesh = outline(segments) if shape is None else self._contents.mesh(shape, segments)
+            if shape is not None:
+                mesh = in_frame(mesh, *self._contents.frame(shape))
             made = {
                 name: gl.buffer(np.ascontiguousarray(getattr(mesh, field), np.float32).tobytes())
                 for name, field in attributes.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,7 +18,7 @@ from glbump.maps.panorama import Panorama
 from glbump.mesh import outline_matrix
 from glbump.plan import GLOSSY, Plan
 from glbump.reference.reflect import f0_from_ior
-from glbump.scene import Bump, Environment, Scene
+from glbump.scene import Bump, Environment, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -85,12 +86,16 @@ class Uniforms:
 class View:
     """The camera's matrices for one sample position within the pixels."""
 
-    def __init__(self, scene: Scene, plan: Plan) -> None:
+    def __init__(self, scene: Scene, plan: Plan, contents: Contents) -> None:
         self.scene, self.size = scene, plan.size
         self._view = view_matrix(scene.camera)
         self._projection = projection_matrix(scene.camera, plan.size, *plan.near_far)
-        matrices = [surface.transform.matrix() for surface in scene.surfaces]
+        if plan.log_depth:
+            # z = w - 2 near: clipped where w < near, and nowhere else. The depth itself comes from the fragments.
+            self._projection[2] = self._projection[3] - (0, 0, 0, 2 * plan.near_far[0])
+        matrices = [world_from_object(surface, contents) for surface in scene.surfaces]
         self._view_from_object = [self._view @ m for m in matrices]
+        self._object_from_world = [np.linalg.inv(m[:3, :3]) for m in matrices]
         self.mirrored = [bool(np.linalg.det(m[:3, :3]) < 0) for m in matrices]
         self.shift = (0.0, 0.0)
 
@@ -116,6 +121,20 @@ class View:
             return np.stack([0 * right, 0 * up, ahead], axis=1)
         right, up = right / self._projection[0, 0], up / self._projection[1, 1]
         return np.stack([right, up, ahead - right * self.shift[0] - up * self.shift[1]], axis=1)
+
+    def object_from_pixel(self, index: int) -> F64:
+        """(3, 3): columns are the changes of the view direction, as surface `index` has it, with a pixel to the right
+        and with one up, and the direction at the middle of the picture; of any length."""
+        result = self._object_from_world[index] @ self.world_from_ndc() * (2 / self.size[0], 2 / self.size[1], 1.0)
+        return result / np.abs(result).max()
+
+
+def world_from_object(surface: Surface, contents: Contents) -> F64:
+    """(4, 4): from a surface's coordinates as the GPU has them (`Contents.frame`)."""
+    origin, unit = contents.frame(surface.shape)
+    local = np.diag([unit, unit, unit, 1.0])
+    local[:3, 3] = origin
+    return surface.transform.matrix() @ local
 
 
 def sky_uniforms(view: View) -> dict[str, Any]:
@@ -144,22 +163,33 @@ def environment_uniforms(environment: Environment, picture: Panorama | CubeFaces
 def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -> dict[str, Any]:
     """Of surface.frag, all but the samplers and the view; more than a plan may use."""
     surface, how = scene.surfaces[index], plan.surfaces[index]
-    values = _place(scene, index)
-    if how.has("OUTLINE") and isinstance(surface.shape, Sphere):
-        values["object_from_outline"] = outline_matrix(surface.shape.radius, values["eye_object"])
+    origin, unit = contents.frame(surface.shape)
+    matrix = world_from_object(surface, contents)
+    # Of the lengths that `env_from_object` leaves; an orthogonal matrix leaves them all alike.
+    world_unit = unit * float(np.abs(np.asarray(surface.transform.scale)).max())
+    linear = scene.environment.env_from_world() @ matrix[:3, :3] / world_unit
+    normal = np.linalg.inv(linear).T
+    values: dict[str, Any] = {
+        "env_from_object": linear,
+        "env_from_object_normal": normal / np.abs(normal).max(),
+        "eye_object": _eye(scene, matrix),
+        "picture_centre": (plan.size[0] / 2, plan.size[1] / 2),
+        "log_depth": _log_depth(*plan.near_far),
+    }
     match surface.shape:
         case Sphere(radius=radius):
-            values["radius"] = radius
+            values["radius"] = radius / unit
+            if how.has("OUTLINE"):
+                values["object_from_outline"] = outline_matrix(radius / unit, values["eye_object"])
         case Torus(radius=radius, tube=tube):
-            values.update(radius=radius, tube=tube)
+            values.update(radius=radius / unit, tube=tube / unit)
         case Quad(corners=corners):
-            values["corners"] = np.array([*corners], np.float64)
+            values["corners"] = (np.array([*corners], np.float64) - origin) / unit
     if how.has("BUMP"):
         assert surface.bump is not None
         values["repeat"] = surface.bump.repeat
-        # An orthogonal transform leaves out the size, so lengths along the surface are in object units.
-        size = surface.transform.uniform_scale if isinstance(surface.bump, Bump) else None
-        values["slope_scale"] = tuple(s / (size or 1.0) for s in surface.bump.slope_scale)
+        lengths = world_unit if isinstance(surface.bump, Bump) else 1.0
+        values["slope_scale"] = tuple(s / lengths for s in surface.bump.slope_scale)
         values["bump_footprint"] = plan.samples**-0.5
     material = surface.material
     f0 = f0_from_ior(material.ior)
@@ -175,19 +205,15 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     return values
 
 
-def _place(scene: Scene, index: int) -> dict[str, Any]:
-    """Where the eye and the environment stand, as the surface sees them."""
-    matrix = scene.surfaces[index].transform.matrix()
-    linear = scene.environment.env_from_world() @ matrix[:3, :3]
-    normal = np.linalg.inv(linear).T
-    camera = scene.camera
-    if camera.projection == "orthographic":
-        ahead = np.linalg.solve(matrix[:3, :3], -view_matrix(camera)[2, :3])
-        eye = (*(ahead / np.linalg.norm(ahead)), 0.0)
-    else:
-        eye = (*np.linalg.solve(matrix, [*camera.eye, 1.0])[:3], 1.0)
-    return {
-        "eye_object": eye,
-        "env_from_object": linear / (scene.surfaces[index].transform.uniform_scale or 1.0),
-        "env_from_object_normal": normal / np.abs(normal).max(),
-    }
+def _log_depth(near: float, far: float) -> tuple[float, float]:
+    """Factor and summand that bring log2(1 / w) to a depth: 0 at `near`, 1 at `far`."""
+    octaves = math.log2(far / near)
+    return -1 / octaves, -math.log2(near) / octaves
+
+
+def _eye(scene: Scene, world_from_object: F64) -> tuple[float, ...]:
+    """Where a surface has the eye: (x, y, z, 1), or (x, y, z, 0), the unit direction of an orthographic view."""
+    if scene.camera.projection == "orthographic":
+        ahead = np.linalg.solve(world_from_object[:3, :3], -view_matrix(scene.camera)[2, :3])
+        return (*(ahead / np.linalg.norm(ahead)), 0.0)
+    return (*np.linalg.solve(world_from_object, [*scene.camera.eye, 1.0])[:3], 1.0)

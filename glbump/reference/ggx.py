@@ -19,8 +19,8 @@ def dfg_fit(n_dot_v: npt.ArrayLike, roughness: npt.ArrayLike) -> F64:
 
 def glossy_share(f0: npt.ArrayLike, n_dot_v: npt.ArrayLike, roughness: npt.ArrayLike) -> F64:
     """(..., 3) share of the light reflected, repeated scattering counted in: (F0 A + B) / (A + B)."""
-    ab = dfg_fit(np.clip(np.asarray(n_dot_v, np.float64), 0, 1), roughness)
-    a, b = ab[..., :1], np.maximum(ab[..., 1:], 0)
+    ab = np.maximum(dfg_fit(np.clip(np.asarray(n_dot_v, np.float64), 0, 1), roughness), 0)
+    a, b = ab[..., :1], ab[..., 1:]
     result: F64 = (np.asarray(f0, np.float64) * a + b) / (a + b)
     return result
 

@@ -13,9 +13,9 @@ vec2 dfg_fit(float n_dot_v, float roughness) {
 // counted in: (F0 A + B) / (A + B), so F0 = 1 reflects all of it, at every angle and roughness, and most of the
 // fit's error cancels: glossy_share at most 0.09 in the same domain, 0.02 rms.
 vec3 glossy_share(vec3 f0, float n_dot_v, float roughness) {
-    vec2 dfg = dfg_fit(clamp(n_dot_v, 0.0, 1.0), roughness);
-    float b = max(dfg.y, 0.0);
-    return (f0 * dfg.x + b) / (dfg.x + b);
+    // The fit dips below 0: B where it is rough, A at grazing angles where it is smooth; the share would pass 1.
+    vec2 dfg = max(dfg_fit(clamp(n_dot_v, 0.0, 1.0), roughness), vec2(0.0));
+    return (f0 * dfg.x + dfg.y) / (dfg.x + dfg.y);
 }
 
 // Direction to look up a chain that was blurred for n = v = r: off the mirror direction towards the normal, as the
