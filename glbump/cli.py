@@ -317,15 +317,20 @@ def diff(
 
 
 @cli.command()
+@click.option("--stability", is_flag=True, help="Try the formulas at their extremes on this driver instead.")
 @json_option
 @common
-def doctor(session: Session, as_json: bool) -> None:
+def doctor(session: Session, stability: bool, as_json: bool) -> None:
     """Say what OpenGL there is here, what it really does, and what to do where it is missing.
 
     \b
     glbump doctor
     glbump doctor --json
+    glbump doctor --stability
     """
+    if stability:
+        _stability(session, as_json)
+        return
     from glbump.gl.doctor import healthy, report, text
 
     with progress("trying every route to OpenGL", shown=not session.quiet):
@@ -335,6 +340,25 @@ def doctor(session: Session, as_json: bool) -> None:
     else:
         click.echo(text(findings))
     if not healthy(findings):
+        click.get_current_context().exit(1)
+
+
+def _stability(session: Session, as_json: bool) -> None:
+    from glbump.gl.context import open_context
+    from glbump.glsltest.stability import report, text
+
+    with open_context() as context, progress("trying the extremes", shown=not session.quiet):
+        measured = report(context)
+    if as_json:
+        found = [
+            {"name": m.extreme.name, "naive": m.naive, "glbump": m.used, "bound": m.extreme.bound, "holds": m.holds}
+            for m in measured
+        ]
+        # An infinite error is no JSON number.
+        _print_json([{k: None if v == float("inf") else v for k, v in one.items()} for one in found])
+    else:
+        click.echo(text(measured))
+    if not all(m.holds for m in measured):
         click.get_current_context().exit(1)
 
 

@@ -1,7 +1,7 @@
 """Where formulas break: what one would write first, what glbump does, and what is left of the error, measured here.
 
-NUMERICS: each case is one of the extremes that numbers meet in environment and bump mapping. `measure` runs them
-on the driver at hand; `table` is what `glbump doctor --stability` prints.
+Each case is one of the extremes that numbers meet in environment and bump mapping; `measure` runs them on the
+driver at hand.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from glbump.gl.context import Context
 from glbump.glsltest import inputs
 from glbump.glsltest.glsl import Glsl
 from glbump.glsltest.samplers import Sampler
@@ -80,6 +81,19 @@ def table(measured: list[Measured]) -> list[tuple[str, ...]]:
         shown = [f"{x:.2g}" for x in (m.naive, m.used, m.extreme.bound)]
         made.append((m.extreme.name, *shown[:2], f"{shown[2]} {m.extreme.unit}", "holds" if m.holds else "BROKEN"))
     return made
+
+
+def text(measured: list[Measured]) -> str:
+    """The table, its columns aligned."""
+    rows = table(measured)
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+    return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+
+
+def report(context: Context) -> list[Measured]:
+    """All cases on one context: what `glbump doctor --stability` prints."""
+    with Glsl(context) as glsl:
+        return measure(glsl)
 
 
 def _seen(argument: Any) -> Any:
