@@ -27,11 +27,14 @@ if TYPE_CHECKING:
     from glbump.gl.renderer import render as render
     from glbump.quality import Quality as Quality
     from glbump.scene import Bump as Bump
+    from glbump.scene import Chrome as Chrome
     from glbump.scene import CubeMap as CubeMap
+    from glbump.scene import Fractal as Fractal
     from glbump.scene import LatLong as LatLong
     from glbump.scene import Material as Material
     from glbump.scene import NormalMap as NormalMap
     from glbump.scene import Scene as Scene
+    from glbump.scene import Sky as Sky
     from glbump.scene import Surface as Surface
     from glbump.scene import with_value as with_value
     from glbump.scenefile import load_scene as load_scene
@@ -61,7 +64,19 @@ _PUBLIC = {
     "frame": ("Frame",),
     "gl.renderer": ("Renderer", "render"),
     "quality": ("Quality",),
-    "scene": ("Bump", "CubeMap", "LatLong", "Material", "NormalMap", "Scene", "Surface", "with_value"),
+    "scene": (
+        "Bump",
+        "Chrome",
+        "CubeMap",
+        "Fractal",
+        "LatLong",
+        "Material",
+        "NormalMap",
+        "Scene",
+        "Sky",
+        "Surface",
+        "with_value",
+    ),
     "scenefile": ("load_scene", "save_scene"),
     "shapes": ("Cube", "MeshFile", "Plane", "Quad", "Sphere", "Torus", "Transform"),
 }

@@ -14,10 +14,13 @@ from glbump.errors import ImageError
 from glbump.maps.cube import CubeFaces, cube_from_picture
 from glbump.maps.panorama import Panorama, panorama_from_picture
 from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
-from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, picture_of
+from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, Procedural, picture_of
 from glbump.shapes import MeshFile, Shape
 
 F32 = npt.NDArray[np.float32]
+
+TABLE = (256, 128)
+"""Width and height of the table of a computed environment: what is gathered from it is smooth."""
 
 
 def source_key(source: Path | ArrayImage) -> Hashable:
@@ -48,6 +51,8 @@ class _Same:
 
 def environment_key(environment: Environment) -> Hashable:
     """What an environment's texture is known by: rotation, exposure and the like do not change it."""
+    if isinstance(environment, Procedural):
+        return environment.kind, *environment.arguments().values()
     if isinstance(environment, LatLong):
         return "lat-long", source_key(picture_of(environment.image))
     images = environment.image if isinstance(environment.image, tuple) else (environment.image,)
@@ -85,12 +90,18 @@ class Contents:
         return self._kept[key]
 
     def environment(self, environment: Environment) -> Panorama | CubeFaces:
-        """The environment's picture, with the layout and the sample grid its header names."""
+        """The environment's picture, with the layout and the sample grid its header names.
+
+        A computed environment's is a table, for light that is gathered from all directions.
+        """
         result: Panorama | CubeFaces = self._get(environment_key(environment), lambda: _read(environment))
         return result
 
     def peak(self, environment: Environment) -> float:
-        """The largest value in the environment's picture, before its exposure."""
+        """The largest value in the environment's picture, of either sign, before its exposure; a bound of it where the
+        environment is computed."""
+        if isinstance(environment, Procedural):
+            return max(map(max, environment.colours()))
         result: float = self._get(
             ("peak", environment_key(environment)), lambda: _largest(self.environment(environment).pixels)
         )
@@ -155,6 +166,10 @@ def _largest(values: F32) -> float:
 
 
 def _read(environment: Environment) -> Panorama | CubeFaces:
+    if isinstance(environment, Procedural):
+        from glbump.reference.computed import table
+
+        return Panorama(table(environment, TABLE).astype(np.float32))
     from glbump.maps.images import read_colour
 
     if isinstance(environment, LatLong):

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from glbump.camera import near_far, view_matrix
+from glbump.camera import near_far
 from glbump.contents import Contents
 from glbump.errors import LimitError, SceneError
 from glbump.maps.panorama import Panorama
 from glbump.mesh import bounds, segments_for
 from glbump.quality import Quality
-from glbump.scene import Bump, Scene, Surface
+from glbump.reference.computed import is_averaged
+from glbump.scene import Bump, Chrome, Fractal, Procedural, Scene, Sky, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus
 
 HALF_MAX = 65504.0
@@ -33,7 +34,8 @@ Note = Callable[[str, object, str], None]
 
 MESH, SPHERE, TORUS, QUAD = range(4)
 NO_BUMP, HEIGHT, NORMAL = range(3)
-LATLONG, CUBE = range(2)
+LATLONG, CUBE, SKY, CHROME, FRACTAL = range(5)
+COMPUTED = {Sky: SKY, Chrome: CHROME, Fractal: FRACTAL}
 LOOKUPS = {"reflection": 0, "normal": 1}
 NONE, ORTHOGONAL, GENERAL = range(3)
 BY_POINT, BY_PIXEL = range(2)
@@ -121,7 +123,9 @@ def make_plan(
             f"the environment reaches {max(peak, bright):.3g} at exposure {environment.exposure:g}; "
             f"at most {BRIGHTEST:g}: lower environment.exposure, or scale the picture"
         )
-    texture_format = _fitting_format("texture format", quality.texture_format, "environment", peak, note)
+    texture_format = quality.texture_format
+    if not isinstance(environment, Procedural) or any(s.material.roughness > 0 for s in scene.surfaces):
+        texture_format = _fitting_format("texture format", texture_format, "environment", peak, note)
     frame_format = _frame_format(quality, bright, note)
     shared, cube_size = _environment(scene, quality, size, contents, capabilities, note)
     for i, surface in enumerate(scene.surfaces):
@@ -234,6 +238,8 @@ def _environment(
 ) -> tuple[dict[str, int], int | None]:
     """The defines of the environment's look-up, and the face size of the cube it is resampled to, if it is."""
     environment = scene.environment
+    if isinstance(environment, Procedural):
+        return _computed(environment, quality, note), None
     picture = contents.environment(environment)
     height, width = picture.pixels.shape[-3:-1]
     is_panorama = isinstance(picture, Panorama)
@@ -269,10 +275,23 @@ def _environment(
     defines = {
         "ENVIRONMENT": LATLONG if is_panorama and cube_size is None else CUBE,
         "ENVIRONMENT_BORDER": int(border),
-        "ENVIRONMENT_MIP": int(levels),
+        "ENVIRONMENT_FOOTPRINT": int(levels),
         "EXPOSURE": int(environment.exposure != 0.0),
     }
     return defines, cube_size
+
+
+def _computed(environment: Procedural, quality: Quality, note: Note) -> dict[str, int]:
+    """The defines of an environment that is a function of the direction."""
+    note("environment", environment.kind, "computed for each sample; no picture, no texture, no sampler")
+    averaged = is_averaged(quality.environment_filter, quality.samples)
+    why = "averaged over each sample's footprint" if averaged else "the function itself; the samples average"
+    note("environment filter", "analytic" if averaged else "none", why)
+    return {
+        "ENVIRONMENT": COMPUTED[type(environment)],
+        "ENVIRONMENT_FOOTPRINT": int(averaged),
+        "EXPOSURE": int(environment.exposure != 0.0),
+    }
 
 
 def _pixel_angle(scene: Scene, size: tuple[int, int]) -> float:
@@ -343,7 +362,7 @@ def _surface(
     }
     if light == GLOSSY:
         # The chain carries all of its light; the environment itself is not looked up here.
-        defines["ENVIRONMENT_MIP"] = 0
+        defines["ENVIRONMENT_FOOTPRINT"] = 0
     return SurfacePlan(tuple(defines.items()), segments, closed)
 
 
@@ -394,8 +413,7 @@ def _radius_in_pixels(surface: Surface, scene: Scene, size: tuple[int, int]) -> 
     camera = scene.camera
     if camera.projection == "orthographic":
         return radius / camera.height * size[1]
-    centre = view_matrix(camera) @ np.array([*surface.transform.translate, 1.0])
-    nearest = max(float(np.linalg.norm(centre[:3])) - radius, 1e-3 * radius)
+    nearest = max(math.dist(surface.transform.translate, camera.eye) - radius, 1e-3 * radius)
     return radius / nearest / math.tan(math.radians(camera.fov) / 2) * size[1] / 2
 
 
@@ -404,10 +422,10 @@ def _world_bounds(scene: Scene, contents: Contents) -> np.ndarray[tuple[int, ...
     boxes = []
     for surface in scene.surfaces:
         low, high = contents.bounds(surface.shape)
-        corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
         matrix = surface.transform.matrix()
-        world = corners @ matrix[:3, :3].T + matrix[:3, 3]
-        boxes.append([world.min(axis=0), world.max(axis=0)])
+        centre = matrix[:3, :3] @ ((low + high) / 2) + matrix[:3, 3]
+        reach = np.abs(matrix[:3, :3]) @ ((high - low) / 2)
+        boxes.append([centre - reach, centre + reach])
     return np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
 
 

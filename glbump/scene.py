@@ -170,6 +170,10 @@ class Surface(check.Frozen):
         check.instance("surface.transform", self.transform, Transform)
 
 
+MOST_RADIANCE = 65504.0
+"""Of a colour that an environment is made of: what a half float holds."""
+
+
 class _Environment(check.Frozen):
     """What all environments share; the fields stand in each class so that signatures stay readable."""
 
@@ -245,16 +249,122 @@ class CubeMap(_Environment):
         self._check_common()
 
 
-Environment = LatLong | CubeMap
-ENVIRONMENTS: tuple[type[Any], ...] = (LatLong, CubeMap)
+class Procedural(_Environment):
+    """An environment that is a function of the direction: no picture, no texture."""
+
+    kind: ClassVar[str]
+
+    def arguments(self) -> dict[str, Any]:
+        """Its own settings, by the names of its function's parameters (shaders/lib/procedural.glsl)."""
+        common = ("rotation", "exposure", "lookup", "background")
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in common}  # type: ignore[arg-type]
+
+    def colours(self) -> tuple[Vec3, ...]:
+        """Those of its settings that are colours; it is nowhere brighter than the brightest of them."""
+        return tuple(value for value in self.arguments().values() if isinstance(value, tuple))
+
+    def _check_colours(self, *names: str) -> None:
+        for name in names:
+            colour = check.vector(f"environment.{name}", getattr(self, name), 3, least=0, most=MOST_RADIANCE)
+            self._store(**{name: colour})
+
+
+@dataclass(frozen=True)
+class Sky(Procedural):
+    """The lecture's simple environment: up is one colour, down another, and a soft horizon between.
+
+    up, down: linear rgb. softness: degrees above the horizon at which 85 % of the change from down to up is done.
+    The rest as in LatLong.
+    """
+
+    kind: ClassVar[str] = "sky"
+    up: Vec3 = (0.18, 0.38, 0.85)
+    down: Vec3 = (0.20, 0.12, 0.06)
+    softness: float = 6.0
+    rotation: float = 0.0
+    exposure: float = 0.0
+    lookup: str = "reflection"
+    background: bool = True
+
+    def __post_init__(self) -> None:
+        self._check_colours("up", "down")
+        self._store(softness=check.number("environment.softness", self.softness, least=0, most=90))
+        self._check_common()
+
+    def arguments(self) -> dict[str, Any]:
+        """As the function takes them: softness is a sine."""
+        return super().arguments() | {"softness": float(np.sin(np.radians(self.softness)))}
+
+
+@dataclass(frozen=True)
+class Chrome(Procedural):
+    """The lecture's medium environment: sinusoids between grey and silver.
+
+    grey, silver: linear rgb. bands: how many from straight down to straight up. sway: by how many bands a slower
+    sinusoid moves them up and down. The rest as in LatLong.
+    """
+
+    kind: ClassVar[str] = "chrome"
+    grey: Vec3 = (0.02, 0.022, 0.026)
+    silver: Vec3 = (0.90, 0.92, 0.96)
+    bands: float = 3.0
+    sway: float = 0.3
+    rotation: float = 0.0
+    exposure: float = 0.0
+    lookup: str = "reflection"
+    background: bool = True
+
+    def __post_init__(self) -> None:
+        self._check_colours("grey", "silver")
+        self._store(
+            bands=check.number("environment.bands", self.bands, least=0, most=64),
+            sway=check.number("environment.sway", self.sway, least=-16, most=16),
+        )
+        self._check_common()
+
+
+@dataclass(frozen=True)
+class Fractal(Procedural):
+    """The lecture's complex environment: a fractal landscape in sunlight, which the reflected ray is intersected with.
+
+    sky: straight up; haze: at the horizon; rock, snow: of the ground. Linear rgb. relief: how much higher than the
+    ground at the eye the mountains may be, whose feet are some 5 away. seed: another landscape for each.
+    steps: how many distances along a ray are looked at, at most. The rest as in LatLong.
+    """
+
+    kind: ClassVar[str] = "fractal"
+    seed: int = 1
+    relief: float = 3.0
+    sky: Vec3 = (0.10, 0.27, 0.68)
+    haze: Vec3 = (0.60, 0.72, 0.88)
+    rock: Vec3 = (0.20, 0.145, 0.10)
+    snow: Vec3 = (0.95, 0.96, 1.0)
+    steps: int = 96
+    rotation: float = 0.0
+    exposure: float = 0.0
+    lookup: str = "reflection"
+    background: bool = True
+
+    def __post_init__(self) -> None:
+        self._check_colours("sky", "haze", "rock", "snow")
+        self._store(
+            seed=check.integer("environment.seed", self.seed, least=0, most=2**31 - 1),
+            relief=check.number("environment.relief", self.relief, least=0, most=4),
+            steps=check.integer("environment.steps", self.steps, least=8, most=1024),
+        )
+        self._check_common()
+
+
+Environment = Sky | Chrome | Fractal | LatLong | CubeMap
+ENVIRONMENTS: tuple[type[Any], ...] = (Sky, Chrome, Fractal, LatLong, CubeMap)
 
 
 @dataclass(frozen=True)
 class Scene(check.Frozen):
-    """Surfaces in an environment, and the camera that sees them."""
+    """Surfaces in an environment, the lecture's simple Sky unless given, and the camera that sees them."""
 
     surfaces: Sequence[Surface]
-    environment: Environment
+    environment: Environment = Sky()
     camera: Camera = Camera()
 
     def __post_init__(self) -> None:

@@ -167,7 +167,7 @@ def _text(file: Path) -> str:
         line = content.count(b"\n", 0, why.start) + 1
         raise SceneError(f"line {line} is not UTF-8 text; save the file as UTF-8") from None
     if not text.strip():
-        raise SceneError('is empty; a scene needs at least [environment] with kind = "lat-long" and image')
+        raise SceneError('is empty; a scene needs at least a [[surface]] or an [environment]')
     return text
 
 
@@ -304,7 +304,9 @@ def _plain(value: Any, where: str, write_path: ReadPath, defaults: bool) -> Any:
     table = {"kind": value.kind} if hasattr(value, "kind") else {}
     for field in fields(value):
         content = getattr(value, field.name)
-        if content is not None and (defaults or content != field.default):
+        # A scene of nothing but defaults is written too: as its environment.
+        said = defaults or content != field.default or field.name == "environment"
+        if content is not None and said:
             table[_key(field)] = _plain(content, _join(where, _key(field)), write_path, defaults)
     return table
 

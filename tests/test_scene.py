@@ -16,7 +16,21 @@ import pytest
 from glbump.camera import Camera
 from glbump.errors import SceneError
 from glbump.quality import PRESETS, Quality, quality_of
-from glbump.scene import ArrayImage, Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface, check_size, with_value
+from glbump.scene import (
+    ArrayImage,
+    Bump,
+    Chrome,
+    CubeMap,
+    Fractal,
+    LatLong,
+    Material,
+    NormalMap,
+    Scene,
+    Sky,
+    Surface,
+    check_size,
+    with_value,
+)
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 NAN, INF = float("nan"), float("inf")
@@ -36,6 +50,9 @@ NEEDED: dict[type[Any], dict[str, Any]] = {
     Surface: {"shape": Sphere()},
     LatLong: {"image": "a.exr"},
     CubeMap: {"image": "a.exr"},
+    Sky: {},
+    Chrome: {},
+    Fractal: {},
     Scene: {"surfaces": [], "environment": LatLong("a.exr")},
     Camera: {},
     Quality: {},
@@ -103,9 +120,23 @@ REFUSED = [
     (CubeMap, {"image": ["a"] * 5}, r"environment\.image must be one picture or six .*; got 5"),
     (CubeMap, {"image": ["a"] * 5 + [1]}, r"environment\.image\[5\] must be a path or an array; got int 1"),
     (CubeMap, {"orientation": "outside"}, r"unknown environment\.orientation 'outside'; did you mean 'inside'\?"),
+    (Sky, {"up": (1, 1)}, r"environment\.up must be 3 numbers; got \(1, 1\)"),
+    (Sky, {"down": (0, -1, 0)}, r"environment\.down\[1\] must be .*at least 0 and at most 65504; got -1"),
+    (Sky, {"softness": 91}, r"environment\.softness must be .*at least 0 and at most 90; got 91"),
+    (Chrome, {"grey": "grey"}, r"environment\.grey must be 3 numbers; got 'grey'"),
+    (Chrome, {"silver": (1, NAN, 1)}, r"environment\.silver\[1\] must be .*; got nan"),
+    (Chrome, {"bands": -1}, r"environment\.bands must be .*at least 0.*; got -1"),
+    (Chrome, {"sway": 100}, r"environment\.sway must be .*at most 16; got 100"),
+    (Fractal, {"seed": 1.5}, r"environment\.seed must be a whole number from 0 to 2147483647; got 1\.5"),
+    (Fractal, {"relief": 5}, r"environment\.relief must be .*at most 4; got 5"),
+    (Fractal, {"sky": 1}, r"environment\.sky must be 3 numbers; got 1"),
+    (Fractal, {"haze": (1e9, 0, 0)}, r"environment\.haze\[0\] must be .*at most 65504; got 1"),
+    (Fractal, {"rock": ()}, r"environment\.rock must be 3 numbers; got \(\)"),
+    (Fractal, {"snow": (INF, 0, 0)}, r"environment\.snow\[0\] must be .*; got inf"),
+    (Fractal, {"steps": 7}, r"environment\.steps must be .*at least 8 and at most 1024; got 7"),
     (Scene, {"surfaces": Surface(Sphere())}, r"scene\.surfaces must be a list of Surface; got Surface\("),
     (Scene, {"surfaces": [Sphere()]}, r"scene\.surfaces\[0\] must be a Surface; got Sphere"),
-    (Scene, {"environment": "a.exr"}, r"scene\.environment must be one of LatLong, CubeMap.*; got 'a\.exr'"),
+    (Scene, {"environment": "a.exr"}, r"scene\.environment must be one of Sky, .*LatLong, CubeMap.*; got 'a\.exr'"),
     (Scene, {"camera": None}, r"scene\.camera must be a Camera; got None"),
     (Camera, {"eye": (0, 0)}, r"camera\.eye must be 3 numbers; got \(0, 0\)"),
     (Camera, {"eye": (0, 0, NAN)}, r"camera\.eye\[2\] must be a finite number .*; got nan"),
@@ -148,7 +179,11 @@ def test_every_field_is_in_the_table_above() -> None:
         ("Quality", "bump_filter"),
         ("Quality", "frame_format"),
         ("Quality", "environment_layout"),
-        *(("CubeMap", n) for n in ("rotation", "exposure", "lookup", "background")),
+        *(
+            (cls.__name__, n)
+            for cls in (CubeMap, Sky, Chrome, Fractal)
+            for n in ("rotation", "exposure", "lookup", "background")
+        ),
     }
     assert missing <= same
 
@@ -206,6 +241,8 @@ def test_values_are_stored_as_one_type() -> None:
     assert Scene(iter_surfaces(), LatLong("a")) == Scene((Surface(Sphere()),), LatLong(Path("a")))
     assert Quad(np.array(Quad().corners)) == Quad()
     assert LatLong("a.exr").image == Path("a.exr")
+    assert Sky(up=[1, 1, 1]) == Sky(up=np.ones(3))
+    assert Scene([]).environment == Sky()
 
 
 def iter_surfaces() -> list[Surface]:

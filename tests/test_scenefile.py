@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from glbump.camera import Camera
 from glbump.errors import SceneError
-from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
+from glbump.scene import Bump, Chrome, CubeMap, Fractal, LatLong, Material, NormalMap, Scene, Sky, Surface
 from glbump.scenefile import load_scene, save_scene, set_from_text
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
@@ -78,6 +78,14 @@ def test_saved_text_is_short_and_readable(tmp_path: Path) -> None:
     )
 
 
+def test_without_an_environment_there_is_a_sky(tmp_path: Path) -> None:
+    text = '[[surface]]\nshape = { kind = "sphere" }\n'
+    assert load_scene(write(tmp_path, text)) == Scene([Surface(Sphere())], Sky()) == Scene([Surface(Sphere())])
+    save_scene(Scene([]), tmp_path / "empty.toml")
+    assert (tmp_path / "empty.toml").read_text(encoding="utf-8") == '[environment]\nkind = "sky"\n'
+    assert load_scene(tmp_path / "empty.toml") == Scene([])
+
+
 def test_a_file_of_an_editor_that_marks_utf8(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbf" + ENVIRONMENT.encode())
     assert load_scene(tmp_path / "scene.toml").surfaces == ()
@@ -111,7 +119,18 @@ common = {
     "lookup": st.sampled_from(["reflection", "normal"]),
     "background": st.booleans(),
 }
+colours = st.tuples(*[st.floats(0, 65504)] * 3)
 environments = st.one_of(
+    st.builds(Sky, colours, colours, st.floats(0, 90), **common),
+    st.builds(Chrome, colours, colours, st.floats(0, 64), st.floats(-16, 16), **common),
+    st.builds(
+        Fractal,
+        st.integers(0, 2**31 - 1),
+        st.floats(0, 4),
+        *[colours] * 4,
+        steps=st.integers(8, 1024),
+        **common,
+    ),
     st.builds(LatLong, paths.map("/".join), **common),
     st.builds(
         CubeMap,
@@ -198,10 +217,9 @@ def test_wrong_surfaces(tmp_path: Path, surface: str, said: str) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", r'is empty; a scene needs at least \[environment\]'),
+        ("", r'is empty; a scene needs at least a \[\[surface\]\]'),
         ("\n\n", r"is empty"),
-        ("[camera]\n", r"environment is missing; Scene needs it"),
-        ("[environment]\n", r"environment.kind is missing; choose one of: lat-long, cube"),
+        ("[environment]\n", r"environment.kind is missing; choose one of: sky, chrome, fractal, lat-long, cube"),
         ('environment = "a.exr"\n', r"environment must be a table with a kind, .*; got 'a.exr'"),
         ('[environment]\nkind = "latlong"\n', r"environment.kind: unknown kind 'latlong'; did you mean 'lat-long'"),
         ("[environment]\nkind = 3\n", r"environment.kind: unknown kind 3"),
@@ -226,7 +244,7 @@ def test_wrong_surfaces(tmp_path: Path, surface: str, said: str) -> None:
         (ENVIRONMENT + f"rotation = {'[' * 5000}{']' * 5000}\n", r"is nested too deeply"),
         ("a = 1 # " + "x" * 4_000_000, r"is larger than 4,000,000 bytes"),
     ],
-    ids=range(27),
+    ids=range(26),
 )  # fmt: skip
 def test_wrong_files(tmp_path: Path, text: str, said: str) -> None:
     assert re.match(said, refusal(tmp_path, text))

@@ -22,7 +22,7 @@ from glbump.gl.textures import Store
 from glbump.gl.uniforms import Uniforms, View, environment_uniforms, sky_uniforms, surface_uniforms
 from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan
 from glbump.quality import Quality, quality_of
-from glbump.scene import Scene, check_size
+from glbump.scene import Procedural, Scene, check_size
 from glbump.shapes import MeshFile
 
 _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
@@ -193,7 +193,7 @@ class Renderer:
 
     def _bind_textures(self, scene: Scene, plan: Plan) -> None:
         mirrors = any(s.has("LIGHT") != GLOSSY for s in plan.surfaces)
-        if plan.sky or mirrors:
+        if (plan.sky or mirrors) and not isinstance(scene.environment, Procedural):
             self._store.environment(scene.environment, plan).use(_ENVIRONMENT)
         if plan.gloss is not None:
             self._store.gloss(scene.environment, plan).use(_GLOSS)
@@ -221,8 +221,7 @@ class Renderer:
         return uniforms
 
     def _environment_values(self, scene: Scene, plan: Plan) -> dict[str, Any]:
-        picture = self.contents.environment(scene.environment)
-        return {"environment": _ENVIRONMENT} | environment_uniforms(scene.environment, picture, plan)
+        return {"environment": _ENVIRONMENT} | environment_uniforms(scene.environment, plan, self.contents)
 
     # ------------------------------------------------------------ what is kept between frames
 

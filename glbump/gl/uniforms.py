@@ -18,7 +18,7 @@ from glbump.maps.panorama import Panorama
 from glbump.mesh import outline_matrix
 from glbump.plan import GLOSSY, Plan
 from glbump.reference.reflect import f0_from_ior
-from glbump.scene import Bump, Environment, Scene, Surface
+from glbump.scene import Bump, Environment, Procedural, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -142,17 +142,20 @@ def sky_uniforms(view: View) -> dict[str, Any]:
     return {"env_from_ndc": view.scene.environment.env_from_world() @ view.world_from_ndc()}
 
 
-def environment_uniforms(environment: Environment, picture: Panorama | CubeFaces, plan: Plan) -> dict[str, Any]:
-    """Of environment_input.glsl."""
+def environment_uniforms(environment: Environment, plan: Plan, contents: Contents) -> dict[str, Any]:
+    """Of environment_input.glsl, all but the sampler."""
+    values = {"footprint": plan.samples**-0.5, "exposure_factor": 2.0**environment.exposure}
+    if isinstance(environment, Procedural):
+        return values | environment.arguments()
+    return values | _picture_uniforms(contents.environment(environment), plan)
+
+
+def _picture_uniforms(picture: Panorama | CubeFaces, plan: Plan) -> dict[str, Any]:
     height = picture.pixels.shape[1] if isinstance(picture, CubeFaces) else picture.pixels.shape[0]
     face = plan.cube_size or height
     # Texels per radian at the middle of a face: its 2 units of tangent hold `face` texels.
     per_radian = height / np.pi if isinstance(picture, Panorama) and plan.cube_size is None else face / 2.0
-    values = {
-        "texels_per_radian": per_radian,
-        "footprint": plan.samples**-0.5,
-        "exposure_factor": 2.0**environment.exposure,
-    }
+    values: dict[str, Any] = {"texels_per_radian": per_radian}
     if isinstance(picture, Panorama):
         values["border"] = (*picture.uv_scale, *picture.uv_offset)
     elif picture.border:

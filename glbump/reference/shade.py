@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -22,8 +24,9 @@ from glbump.reference import bump as bumps
 from glbump.reference import filter as filters
 from glbump.reference import ggx, reflect
 from glbump.reference.cast import Grid, Hits, cast
+from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
-from glbump.scene import NormalMap, Scene, Surface, check_size
+from glbump.scene import NormalMap, Procedural, Scene, Surface, check_size
 from glbump.shapes import Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -116,10 +119,22 @@ def _levels(texels: F32, how: str) -> list[F32]:
     return [texels] if how == "bilinear" else pyramid.chain(texels)
 
 
-def _environment_levels(picture: Panorama | CubeFaces, how: str) -> list[Panorama] | list[CubeFaces]:
-    if isinstance(picture, Panorama):
-        return [replace(picture, pixels=pixels) for pixels in _levels(picture.pixels, how)]
-    return [replace(picture, pixels=pixels) for pixels in _levels(picture.pixels, how)]
+def _picture(picture: Panorama | CubeFaces, how: str) -> Callable[[F64, F64, F64], F64]:
+    """Light (K, 3) of a picture in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
+    chain = [replace(picture, pixels=pixels) for pixels in _levels(picture.pixels, how)]
+    is_panorama = isinstance(picture, Panorama)
+    sample = panorama.sample if is_panorama else cube.sample
+    texels = picture.pixels.shape[0] / np.pi if is_panorama else picture.pixels.shape[1] / 2
+
+    def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
+        return filters.through_levels(
+            lambda i, chosen: sample(chain[i], dir_env[chosen]),  # type: ignore[arg-type]
+            filters.direction_level(ddx, ddy, texels),
+            len(chain),
+            how,
+        )
+
+    return look_up
 
 
 class _Shader:
@@ -129,7 +144,6 @@ class _Shader:
         self.scene, self.quality, self.contents = scene, quality, contents
         self.footprint = samples**-0.5
         environment = scene.environment
-        self.picture = contents.environment(environment)
         self.exposure = 2.0**environment.exposure
         self.env_from_world = environment.env_from_world()
         # Round shapes are cast by formula; their mesh is never looked at.
@@ -138,26 +152,20 @@ class _Shader:
             _levels(contents.slopes(surface.bump)[::-1], quality.bump_filter) if surface.bump is not None else None
             for surface in scene.surfaces
         ]
-        self.environments = _environment_levels(self.picture, quality.environment_filter)
+        how = quality.environment_filter
+        self.has_footprint = how != "bilinear"
+        if isinstance(environment, Procedural):
+            self.has_footprint = is_averaged(how, samples)
+            self.look_up: Callable[[F64, F64, F64], F64] = partial(radiance, environment)
+        else:
+            self.look_up = _picture(contents.environment(environment), how)
 
     def environment(self, dir_env: F64, at: Place) -> F64:
         """Radiance (K, 3) in unit directions."""
-        texels = (
-            self.picture.pixels.shape[0] / np.pi
-            if isinstance(self.picture, Panorama)
-            else self.picture.pixels.shape[1] / 2
-        )
-        how = self.quality.environment_filter
-        level = np.zeros(len(dir_env))
-        if how != "bilinear":
-            level = filters.direction_level(*at.differences(dir_env * self.footprint), texels)
-        sample = panorama.sample if isinstance(self.picture, Panorama) else cube.sample
-        return self.exposure * filters.through_levels(
-            lambda i, chosen: sample(self.environments[i], dir_env[chosen]),  # type: ignore[arg-type]
-            level,
-            len(self.environments),
-            how,
-        )
+        sides = np.zeros((2, *dir_env.shape))
+        if self.has_footprint:
+            sides[:] = at.differences(dir_env * self.footprint)
+        return self.exposure * self.look_up(dir_env, *sides)
 
     def shade(self, origins: F64, dirs: F64, places: list[F64]) -> tuple[F64, Index]:
         """(H, W, 4) colour times coverage, and coverage, of a band of rays (H, W, 3); (H, W) surface seen."""
