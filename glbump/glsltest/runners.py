@@ -16,13 +16,13 @@ from glbump.gl.context import Context
 from glbump.gl.program import build_compute, build_program
 from glbump.gl.source import Source, resolve
 from glbump.glsltest.arguments import Array, words
-from glbump.glsltest.wrapper import DATA_WIDTH, LOCAL_SIZE, SCREEN_TRIANGLE, Plan
+from glbump.glsltest.wrapper import DATA_WIDTH, HEADER, LOCAL_SIZE, SCREEN_TRIANGLE, Plan
 
 Words = npt.NDArray[np.uint32]
 # Bytes of one buffer, and rows of one dispatch, at most: larger calls go in parts.
 MOST_BYTES = 1 << 25
 MOST_ROWS = 1 << 21
-# A signalling NaN that arithmetic never makes: where it is still there, nothing was written.
+# A signalling NaN that arithmetic never makes: where four stand in a row, nothing was written.
 UNWRITTEN = 0x7FA5A5A5
 _UNWRITTEN = UNWRITTEN.to_bytes(4, "little")
 _DATA_UNIT = 0
@@ -36,6 +36,7 @@ class Runner:
         self.context, self.gl, self.plan, self.prefix, self.program = context, context.gl, plan, prefix, program
 
         self.released = False
+        self.token = 0
 
     def release(self) -> None:
         """Give the program back to the driver."""
@@ -81,8 +82,9 @@ class Runner:
 
     def _header(self, pieces: Sequence[Words], shared: Sequence[bool], rows: int) -> Words:
         """The block's first words: rows, then offset and stride of each column."""
-        head = [rows]
-        at = 1 + 2 * len(pieces)
+        self.token = self.token % 0xFFFFFF + 1
+        head = [rows, self.token]
+        at = HEADER + 2 * len(pieces)
         for piece, same, column in zip(pieces, shared, self.plan.in_columns, strict=True):
             head += [at, 0 if same else column.words]
             at += len(piece)
@@ -167,7 +169,7 @@ class ComputeRunner(Runner):
         rows = last - first
         size = 4 * (len(head) + sum(map(len, pieces)))
         block = self.arena.buffer("in", size)
-        out = self.arena.buffer("out", max(4, 4 * rows * self.plan.out_words))
+        out = self.arena.buffer("out", 4 * rows * self.plan.out_words + 4)
         if size <= _SMALL:  # one write costs less than several
             block.write(np.concatenate([head, *pieces]))
         else:
@@ -175,7 +177,6 @@ class ComputeRunner(Runner):
             for piece in (head, *pieces):
                 block.write(piece, at)
                 at += piece.nbytes
-        out.write(_UNWRITTEN, max(4 * (rows * self.plan.out_words - 1), 0))
         block.bind_to_storage_buffer(0)
         out.bind_to_storage_buffer(1)
         self.program.run(-(-rows // LOCAL_SIZE))
@@ -185,7 +186,8 @@ class ComputeRunner(Runner):
             size = 4 * rows * column.words
             out.read_into(result[first:last], size, at)
             at += size
-        if self.plan.out_words and results[-1][last - 1, -1] == UNWRITTEN:
+        # The last row puts the token of this call behind the results: they are not those of another.
+        if int.from_bytes(out.read(4, offset=at), "little") != self.token:
             raise self.unwritten()
 
 
@@ -211,10 +213,10 @@ class FeedbackRunner(Runner):
         made = np.empty((self.plan.passes, rows, 4 * groups), np.uint32)
         for number in range(self.plan.passes):
             _set_pass(self, number)
-            out.write(_UNWRITTEN, 16 * rows * groups - 4)
+            out.write(4 * _UNWRITTEN, 16 * rows * groups - 16)
             self.vertices.transform(out, moderngl.POINTS, vertices=rows)
             out.read_into(made[number], 16 * rows * groups)
-            if made[number, -1, -1] == UNWRITTEN:
+            if (made[number, -1, -4:] == UNWRITTEN).all():
                 raise self.unwritten()
         _split(made.transpose(1, 0, 2).reshape(rows, -1), results, first, last)
 
@@ -246,7 +248,7 @@ class FragmentRunner(Runner):
         made = np.empty((self.plan.passes, groups, height, width, 4), np.uint32)
         for number in range(self.plan.passes):
             _set_pass(self, number)
-            first_texture.write(_UNWRITTEN * 4, viewport=(0, 0, 1, 1))
+            first_texture.write(4 * _UNWRITTEN, viewport=(0, 0, 1, 1))
             self.vertices.render(moderngl.TRIANGLES, vertices=3)
             for group in range(groups):
                 target.read_into(
@@ -257,7 +259,7 @@ class FragmentRunner(Runner):
                     alignment=1,
                     dtype="u4",
                 )
-            if made[number, 0, 0, 0, 3] == UNWRITTEN:
+            if (made[number, 0, 0, 0] == UNWRITTEN).all():
                 raise self.unwritten()
         # (pass, group, quad row, y, quad column, x, word) -> (quad row, quad column, y, x, pass, group, word)
         quads = made.reshape(self.plan.passes, groups, height // 2, 2, width // 2, 2, 4)

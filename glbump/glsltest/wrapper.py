@@ -1,6 +1,6 @@
 """The GLSL that calls one function for every row: three ways, the same words in and out.
 
-Inputs are one block of 32-bit words: the number of rows, then (offset, stride) of each column, then the
+Inputs are one block of 32-bit words: the number of rows, a token, then (offset, stride) of each column, then the
 columns. A stride of 0 is a value that all rows share. Outputs are words too, so that a NaN's bits, a denormal
 and a negative zero come back as the function left them.
 """
@@ -20,6 +20,7 @@ LOCAL_SIZE = 64
 DATA_WIDTH = 1024  # texels in a row of the data texture: what every OpenGL 3.3 driver has
 GROUPS = 8  # uvec4 that one draw gives back for each row: what every driver has as draw buffers
 RETURN = -1
+HEADER = 2  # words before the columns' offsets: rows, token
 
 # Before the caller: where a word is read, where one is put. Then main.
 _DATA_TEXTURE = """\
@@ -44,7 +45,9 @@ _MAIN = {
     "compute": """\
 void main() {{
     int {p}row = int(gl_GlobalInvocationID[0]);
-    if ({p}row < int({p}data[0])) {p}call({p}row);
+    int {p}rows = int({p}data[0]);
+    if ({p}row < {p}rows) {p}call({p}row);
+    if ({p}row == {p}rows - 1) {p}put({p}rows * {words}, {p}data[1]);
 }}""",
     "feedback": """\
 {outputs}
@@ -142,6 +145,7 @@ def wrapped(source: Source, plan: Plan, backend: str, prefix: str) -> Source:
         "p": prefix,
         "local": LOCAL_SIZE,
         "width": DATA_WIDTH,
+        "words": plan.out_words,
         "padded": 4 * plan.groups * plan.passes,
         "outputs": "\n".join(_output(g, prefix, backend) for g in groups),
         "stores": "\n    ".join(_store(g, plan, prefix) for g in groups),
@@ -181,7 +185,7 @@ def _caller(plan: Plan, p: str) -> list[str]:
     number = 0
     for i, columns in plan.inputs:
         for column in columns:
-            at, head = f"{p}at{number}", 1 + 2 * number
+            at, head = f"{p}at{number}", HEADER + 2 * number
             lines.append(f"    int {at} = int({p}word({head})) + int({p}word({head + 1})) * {p}row;")
             lines.append("    " + reading(column, p, variables[i], at))
             number += 1

@@ -322,3 +322,23 @@ def test_what_no_memory_holds(glsl: Glsl) -> None:
         glsl("vec4 f(vec4 y) { return y; }").f(four)
     with pytest.raises(LimitError, match=r"so many rows give back 596\.0 GiB"):
         empty_results(glsl("mat4 f(float x) { return mat4(x); }").f.overloads[0].plan, 10**10)
+
+
+def test_an_out_parameter_left_alone_is_no_failure(glsl: Glsl, backend: str) -> None:
+    """Its value is undefined; the call is not."""
+    assert glsl("float f(float x, out float y) { return x; }").f([1.0, 2.0], backend=backend)[0].tolist() == [1, 2]
+
+
+def test_a_driver_that_runs_nothing_is_noticed(glsl: Glsl, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the results of the call before would pass for those of this one."""
+    f = glsl("float f(float x) { return x + 0.5; }").f
+    assert f(1.0, backend="compute") == 1.5
+    runner = f.overloads[0]._programs["compute"].runner
+    real = runner.program
+    monkeypatch.setattr(
+        runner, "program", type("Idle", (), {"run": lambda *_: None, "__contains__": lambda *_: False})()
+    )
+    with pytest.raises(ShaderError, match="ran nothing, and reported no error"):
+        f(1.0, backend="compute")
+    monkeypatch.setattr(runner, "program", real)
+    assert f(1.0, backend="compute") == 1.5
