@@ -77,6 +77,26 @@ def in_frame(mesh: Mesh, origin: Floats, unit: float) -> Mesh:
     return replace(mesh, positions=(mesh.positions - origin) / unit, dpdu=dpdu, dpdv=dpdv)
 
 
+WHOLE_REPEATS = 32
+"""Repeats from 0 up to which 32-bit floats keep a place in a picture to 1/256 texel of 1024."""
+
+
+def in_repeats(mesh: Mesh, repeat: tuple[float, float]) -> Mesh:
+    """The mesh with uv counted in repeats of a picture. Where 32 bits would lose the fraction, whole repeats are taken
+    from each triangle, which then has its vertices for itself."""
+    if mesh.uv is None:
+        return mesh
+    places = mesh.uv * repeat
+    if np.abs(places).max() <= WHOLE_REPEATS:
+        return replace(mesh, uv=places)
+    corners = places[mesh.triangles]
+    corners -= np.rint(corners.mean(axis=1, keepdims=True))
+    rows = mesh.triangles.reshape(-1)
+    own = {name: values[rows] for name in ("normals", "dpdu", "dpdv") if (values := getattr(mesh, name)) is not None}
+    triangles = np.arange(len(rows), dtype=np.int32).reshape(-1, 3)
+    return replace(mesh, positions=mesh.positions[rows], triangles=triangles, uv=corners.reshape(-1, 2), **own)
+
+
 def outline(segments: int) -> Mesh:
     """The unit disc in the plane z = 0, facing +z: a polygon of `segments` sides, for `outline_matrix` to place.
 

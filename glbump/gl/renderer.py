@@ -212,8 +212,10 @@ class Renderer:
         attributes = {"position": "positions"}
         if how.has("SHAPE") == MESH:
             attributes = _MESH_ATTRIBUTES | (_BUMP_ATTRIBUTES if how.has("BUMP") else {})
-        shape = None if how.has("OUTLINE") else scene.surfaces[index].shape
-        return self._store.mesh(shape, how.segments, attributes)
+        surface = scene.surfaces[index]
+        shape = None if how.has("OUTLINE") else surface.shape
+        repeat = surface.bump.repeat if surface.bump is not None and "texcoord" in attributes else (1.0, 1.0)
+        return self._store.mesh(shape, how.segments, attributes, repeat)
 
     def _sky(self, scene: Scene, plan: Plan) -> Uniforms:
         uniforms = self._program("sky.vert", "sky.frag", plan.environment_defines)

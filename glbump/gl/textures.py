@@ -17,7 +17,7 @@ from glbump.gl.levels import cube_texture, texture_2d
 from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
 from glbump.maps.pyramid import chain
-from glbump.mesh import in_frame, outline
+from glbump.mesh import in_frame, in_repeats, outline
 from glbump.plan import Plan
 from glbump.scene import Bump, Environment, NormalMap
 from glbump.shapes import Shape
@@ -148,14 +148,17 @@ class Store:
         result: moderngl.TextureCube = self._get(key, make)
         return result
 
-    def mesh(self, shape: Shape | None, segments: int, attributes: dict[str, str]) -> MeshBuffers:
-        """Vertex buffers, of a sphere's outline for None. attributes: name in the shader -> field of Mesh."""
+    def mesh(
+        self, shape: Shape | None, segments: int, attributes: dict[str, str], repeat: tuple[float, float] = (1.0, 1.0)
+    ) -> MeshBuffers:
+        """Vertex buffers, of a sphere's outline for None. attributes: name in the shader -> field of Mesh; repeat: what
+        uv are multiplied by."""
         gl = self._context.gl
 
         def make() -> tuple[Any, int]:
             mesh = outline(segments) if shape is None else self._contents.mesh(shape, segments)
             if shape is not None:
-                mesh = in_frame(mesh, *self._contents.frame(shape))
+                mesh = in_repeats(in_frame(mesh, *self._contents.frame(shape)), repeat)
             made = {
                 name: gl.buffer(np.ascontiguousarray(getattr(mesh, field), np.float32).tobytes())
                 for name, field in attributes.items()
@@ -163,7 +166,8 @@ class Store:
             buffers = MeshBuffers(made, gl.buffer(np.ascontiguousarray(mesh.triangles, np.int32).tobytes()))
             return buffers, buffers.size
 
-        result: MeshBuffers = self._get(("mesh", shape and shape_key(shape), segments, tuple(attributes)), make)
+        key = ("mesh", shape and shape_key(shape), segments, tuple(attributes), repeat)
+        result: MeshBuffers = self._get(key, make)
         return result
 
     def _texture_2d(self, pixels: npt.NDArray[np.float32], texture_format: str, how: str) -> moderngl.Texture:

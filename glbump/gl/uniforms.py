@@ -16,7 +16,7 @@ from glbump.gl.textures import MeshBuffers
 from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
 from glbump.mesh import outline_matrix
-from glbump.plan import GLOSSY, Plan
+from glbump.plan import GLOSSY, MESH, Plan
 from glbump.reference.reflect import f0_from_ior
 from glbump.scene import Bump, Environment, Procedural, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
@@ -190,7 +190,8 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
             values["corners"] = (np.array([*corners], np.float64) - origin) / unit
     if how.has("BUMP"):
         assert surface.bump is not None
-        values["repeat"] = surface.bump.repeat
+        # The u,v of a mesh are counted in repeats already.
+        values["repeat"] = (1.0, 1.0) if how.has("SHAPE") == MESH else surface.bump.repeat
         lengths = world_unit if isinstance(surface.bump, Bump) else 1.0
         values["slope_scale"] = tuple(s / lengths for s in surface.bump.slope_scale)
         values["bump_footprint"] = plan.samples**-0.5

@@ -38,12 +38,12 @@ def surface_gradient(n: npt.ArrayLike, dpdu: npt.ArrayLike, dpdv: npt.ArrayLike,
 
 
 def orthogonal_gradient(dpdu: npt.ArrayLike, dpdv: npt.ArrayLike, slope: npt.ArrayLike) -> F64:
-    """surface_gradient for dp/du and dp/dv at right angles in the tangent plane; zero along one below 1e-18."""
+    """surface_gradient for dp/du and dp/dv at right angles in the tangent plane; zero along one below 1e-12."""
     total: F64 = np.zeros(3)
     for axis, direction in enumerate((dpdu, dpdv)):
         d, s = np.asarray(direction, np.float64), np.asarray(slope, np.float64)[..., axis, None]
         length = np.linalg.norm(d, axis=-1, keepdims=True)
-        none = length <= 1e-18
+        none = length <= 1e-12
         total = total + np.where(none, 0.0, s / np.where(none, 1.0, length) * _unit(d))
     return total
 

@@ -16,11 +16,12 @@ vec3 surface_gradient(vec3 n, vec3 dpdu, vec3 dpdv, vec2 slope) {
 }
 
 // The same where dp/du and dp/dv are at right angles and in the tangent plane, as on a sphere or a torus that is
-// not stretched: each partial derivative has its own direction. Zero along one that has no length.
+// not stretched: each partial derivative has its own direction. Zero along one shorter than 1e-12, next to a pole:
+// slopes up to 1e12 stay in range for surfaces about 1 wide, as the GPU has them all.
 vec3 orthogonal_gradient(vec3 dpdu, vec3 dpdv, vec2 slope) {
     float uu = dot(dpdu, dpdu);
     float vv = dot(dpdv, dpdv);
-    return (uu > 1e-36 ? slope.x / uu : 0.0) * dpdu + (vv > 1e-36 ? slope.y / vv : 0.0) * dpdv;
+    return (uu > 1e-24 ? slope.x / uu : 0.0) * dpdu + (vv > 1e-24 ? slope.y / vv : 0.0) * dpdv;
 }
 
 // The bent normal, unit length. A slope past 1e18 would overflow the dot product: the largest component is
