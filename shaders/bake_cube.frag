@@ -3,7 +3,6 @@
 #include "environment_input.glsl"
 
 uniform int face_size;
-uniform float level;
 
 out vec4 color;
 
@@ -15,5 +14,5 @@ void main() {
 #if ENVIRONMENT_BORDER
     place = place * border.xy + border.zw;
 #endif
-    color = vec4(textureLod(environment, place, level).rgb, 1.0);
+    color = vec4(textureLod(environment, place, 0.0).rgb, 1.0);
 }

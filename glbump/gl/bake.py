@@ -18,7 +18,8 @@ from glbump.plan import LATLONG, Plan
 def cube_of_panorama(context: Context, panorama: Panorama, plan: Plan) -> moderngl.TextureCube:
     """The panorama resampled to a cube of plan.cube_size.
 
-    Trilinear at the level whose texels are as large as the cube's: for each texel one read, no aliasing.
+    One bilinear read for each texel, in the level whose texels are nearest in size to the cube's: at most the square
+    root of 2 apart, so none is passed over.
     """
     assert plan.cube_size is not None
     size, gl = plan.cube_size, context.gl
@@ -28,12 +29,11 @@ def cube_of_panorama(context: Context, panorama: Panorama, plan: Plan) -> modern
     program["environment"] = 0
     program["face_size"] = size
     # A texel at the middle of a face spans 2 / size radians, one of the picture 2 pi / width.
-    level = max(0.0, math.log2(panorama.pixels.shape[1] / (math.pi * size)))
-    program["level"] = level
+    level = max(0, round(math.log2(panorama.pixels.shape[1] / (math.pi * size))))
     if border:
         program["border"] = (*panorama.uv_scale, *panorama.uv_offset)
     dtype = "f2" if plan.texture_format == "half" else "f4"
-    source = texture_2d(context, chain(panorama.pixels, math.ceil(level)), dtype)
+    source = texture_2d(context, chain(panorama.pixels, level)[-1:], dtype)
     source.repeat_y = False
     target = gl.texture((size, 6 * size), 4, dtype=dtype)
     frame = gl.framebuffer([target])
