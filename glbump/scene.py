@@ -30,7 +30,9 @@ class ArrayImage:
     __slots__ = ("pixels",)
 
     def __init__(self, pixels: npt.ArrayLike) -> None:
-        array = np.array(pixels, dtype=np.float32)
+        # What float32 cannot hold becomes infinite, and is refused with its place when the picture is read.
+        with np.errstate(over="ignore"):
+            array = np.array(pixels, dtype=np.float32)
         array.flags.writeable = False
         self.pixels = array
 
