@@ -20,9 +20,9 @@ vec3 sky_radiance(vec3 dir_env, vec3 ddx, vec3 ddy, vec3 up, vec3 down, float so
     return mix(down, up, 0.5 + 0.5 * clamp(side, -1.0, 1.0));
 }
 
-// sin(x) / x: what is left of a sinusoid that is averaged over a phase of 2 x.
+// sin(x) / x: what is left of a sinusoid that is averaged over a phase of 2 x. Near 0 by its series, to 2e-10.
 float sinc(float x) {
-    return abs(x) > 1e-3 ? sin(x) / x : 1.0 - x * x / 6.0;
+    return abs(x) > 0.1 ? sin(x) / x : 1.0 - x * x / 6.0 * (1.0 - x * x / 20.0);
 }
 
 // The medium one: a sinusoid between `grey` and `silver`, `bands` of them from straight down to straight up, which a

@@ -324,7 +324,110 @@ def _shares() -> Rows:
     return f0, angle * 3 - 1, roughness
 
 
+# ---- procedural
+
+UP, DOWN = np.float32([0.2, 0.4, 0.9]), np.float32([0.25, 0.15, 0.05])
+
+
+def _looks(count: int = 3000, low: float = 1e-4, high: float = 0.3) -> Rows:
+    """Directions, and footprints from `low` to `high` radians, their sides at any angle to each other."""
+    d = inputs.directions(count, 1)
+    sides = (
+        np.cross(d, inputs.unit_vectors(len(d), seed)) * inputs.log_uniform(len(d), low, high, (1,), seed)
+        for seed in (2, 3)
+    )
+    return d, *(side.astype(np.float32) for side in sides)
+
+
+def _places(count: int = 3000) -> Rows:
+    """Ground about the eye, and footprints from none to wider than all octaves."""
+    place = inputs.uniform(count, -10, 10, (2,), 1)
+    width = np.concatenate([[0.0], inputs.log_uniform(count - 1, 1e-3, 10, seed=2)]).astype(np.float32)
+    return place, width, inputs.uniform(count, 0, 4, seed=3), np.arange(count, dtype=np.uint32) * np.uint32(0x10001)
+
+
+def _landscape_bound(place: Any, width: Any, relief: Any, seed: Any, want: F64) -> F64:
+    """Places are off by three roundings; times the steepest slope and the sharpest bend that nine octaves can have."""
+    off = 3 * EPS * length(place) + 1e-7
+    octaves = 2.0 ** np.arange(9)
+    slope, bend = 2 * 15 / 8 * 2 / 4 * 0.5 * 9, (0.5 * octaves / 16 * 2 * (5.8 * 4 + 3.75**2 / 0.03)).sum()
+    return np.stack([slope * off, bend * off, bend * off], axis=-1) * np.asarray(relief, float)[:, None] + 4 * EPS
+
+
+def _grounds() -> Rows:
+    ground = np.concatenate([inputs.uniform(2000, -0.5, 2.5, (1,), 1), inputs.uniform(2000, -3, 3, (2,), 2)], axis=-1)
+    return ground, np.float32(3), UP, DOWN
+
+
 CASES: dict[str, Case] = {
+    "procedural.soft_sign": Case(
+        lambda: (inputs.uniform(3000, -1, 1), inputs.log_uniform(3000, 1e-6, 1, seed=1), inputs.uniform(3000, seed=2)),
+        "two sums, two lengths of 2 ULP, a sum and a division of 2.5 ULP; y + reach may cancel to EPS of either",
+        ulps=8,
+        abs=4 * EPS,
+    ),
+    "procedural.footprint_reach": Case(lambda: _looks()[1:], "a length of 2 ULP, halved", ulps=4),
+    "procedural.sky_radiance": Case(
+        lambda: (*_looks(), UP, DOWN, inputs.uniform(1, 0, 1)[0]),
+        "soft_sign within 8 EPS, times a length of at most 1.5, between colours of at most 1",
+        abs=16 * EPS,
+    ),
+    "procedural.sinc": Case(
+        lambda: (np.concatenate([inputs.floats(-0.2, 0.2), inputs.uniform(2000, -60, 60)]),),
+        "sin within 1.5 ULP of 1, over 0.1 at least; its argument's rounding is divided by the argument",
+        abs=16 * EPS,
+    ),
+    "procedural.chrome_radiance": Case(
+        lambda: (*_looks(high=0.1), UP, DOWN, np.float32(3), np.float32(0.3)),
+        "a phase of at most 12, doubled, of some roundings, and footprints' phases of as many, each with a sinc",
+        abs=100 * EPS,
+    ),
+    "procedural.lattice_value": Case(
+        lambda: (
+            np.random.default_rng(1).integers(-(2**31), 2**31, (3000, 2), dtype=np.int64).astype(np.int32),
+            np.random.default_rng(2).integers(0, 2**32, 3000, dtype=np.int64).astype(np.uint32),
+        ),
+        "integers, and 24 bits of them as a float: the same number",
+        abs=2.0**-60,
+    ),
+    "procedural.value_noise": Case(
+        lambda: (inputs.uniform(3000, -1000, 1000, (2,)), np.arange(3000, dtype=np.uint32)),
+        "the place within its cell is exact; quintics of some ten roundings, between values of at most 4 apart",
+        abs=64 * EPS,
+    ),
+    "procedural.valley": Case(
+        lambda: (inputs.uniform(3000, 0, 12),), "a cubic of values below 1 and of some eight roundings", abs=8 * EPS
+    ),
+    "procedural.landscape": Case(
+        _places, "places of some roundings, times slopes and bends of all octaves", abs=_landscape_bound
+    ),
+    "procedural.lit_ground": Case(
+        _grounds,
+        "a height and a normal's y of some four roundings, through steps of slope 8 and 5, between colours below 1",
+        abs=80 * EPS,
+    ),
+    "procedural.clearance": Case(
+        lambda: (inputs.directions(2000), np.float32(7.3), _grounds()[0][0]),
+        "a division of 2.5 ULP of a height below 3, and a difference",
+        abs=4 * EPS,
+    ),
+    "procedural.march_distance": Case(
+        lambda: (np.arange(96, dtype=np.int32), np.int32(96)), "a division of 2.5 ULP, squared, and two sums", ulps=8
+    ),
+    "procedural.fractal_radiance": Case(
+        lambda: (
+            *_looks(1500, 0.02, 0.2),
+            UP,
+            np.float32([0.6, 0.7, 0.9]),
+            DOWN,
+            np.float32([1, 1, 1]),
+            np.float32(3),
+            np.uint32(5),
+            np.int32(48),
+        ),
+        "what a footprint of 0.02 leaves of the landscape bends by less than 100 a radius; places are off by 3e-6",
+        abs=3e-4,
+    ),
     "bump.surface_gradient": Case(
         _frames,
         "cross products and j are off by some roundings of unit vectors, and j divides the sum of both terms; along "
