@@ -236,6 +236,7 @@ CASES = [
     Case("infinity in uv", edit("vt 1 1", "vt 1 inf", "quad.obj"), gb.MeshError, ("quad.obj", "texture coordinates")),
     Case("no triangle with an area", content("quad.obj", CORNERS + UV + "f 1/1 1/1 2/2\n"), gb.MeshError,
          ("quad.obj", "none of them has an area")),
+    Case("a corner of four numbers", edit("3/3", "3/3//1/1", "quad.obj"), gb.MeshError, ("'3/3//1/1' is no corner",)),
     Case("indices out of range", edit("3/3", "9/3", "quad.obj"), gb.MeshError, ("quad.obj", "there are 4")),
 ]  # fmt: skip
 

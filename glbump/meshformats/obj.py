@@ -81,7 +81,9 @@ def _corners(lines: Sequence[str]) -> tuple[Indices, Indices]:
         part = tokens if len(which) == len(tokens) else [tokens[i] for i in which]
         text = " ".join(part).replace("//", "/").replace("/", " ")
         try:
-            values = np.loadtxt([text], dtype=np.int64, comments=None, ndmin=1).reshape(-1, len(columns))
+            # More slashes than v/vt/vn has are no columns: 0 of them, and the numbers do not fit.
+            shape = len(which), len(columns) if slashes <= 2 else 0
+            values = np.loadtxt([text], dtype=np.int64, comments=None, ndmin=1).reshape(shape)
         except ValueError:
             bad = next((t for t in part if not re.fullmatch(r"\d{1,18}(/\d{1,18}|/\d{0,18}/\d{1,18})?", t)), part[0])
             raise MeshError(f"{bad!r:.60} is no corner of a face; v, v/vt, v//vn or v/vt/vn is") from None
