@@ -319,7 +319,7 @@ def _surface(
     kinds = {Sphere: SPHERE, Torus: TORUS, Quad: QUAD, Plane: MESH, Cube: MESH, MeshFile: MESH}
     inside = _eye_is_inside(surface, scene)
     closed = isinstance(shape, Sphere | Torus | Cube) and not inside
-    segments = segments_for(shape, _radius_in_pixels(surface, scene, size), quality.silhouette)
+    segments = _stepped(segments_for(shape, _radius_in_pixels(surface, scene, size), quality.silhouette))
     outline = isinstance(shape, Sphere) and closed and apart
     if isinstance(shape, Sphere | Torus):
         value = f"disc of {segments} sides" if outline else f"{segments} segments"
@@ -364,6 +364,11 @@ def _surface(
         # The chain carries all of its light; the environment itself is not looked up here.
         defines["ENVIRONMENT_FOOTPRINT"] = 0
     return SurfacePlan(tuple(defines.items()), segments, closed)
+
+
+def _stepped(segments: int) -> int:
+    """The next of four steps an octave, so that a moving camera asks for few meshes, not for a new one each time."""
+    return math.ceil(2.0 ** (math.ceil(4 * math.log2(segments)) / 4))
 
 
 def _transform(surface: Surface, scene: Scene) -> int:

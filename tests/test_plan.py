@@ -117,6 +117,18 @@ def test_triangles_go_with_the_size_of_the_picture() -> None:
     assert _plan(far, "fast", (1024, 1024)).surfaces[0].segments < counts[2] / 5
 
 
+def test_a_moving_camera_asks_for_few_meshes_none_of_them_too_coarse() -> None:
+    segments = []
+    for distance in np.geomspace(1.5, 50, 200):
+        plan = _plan(_scene(Surface(Torus(), MIRROR), camera=Camera(eye=(0, 0, distance + 1.35))), "fast", (512, 512))
+        segments.append(plan.surfaces[0].segments)
+    radius_px = 1.35 / np.geomspace(1.5, 50, 200) / np.tan(np.radians(20)) * 256
+    needed = np.pi / np.arccos(1 - 0.25 / radius_px)
+    assert len(set(segments)) <= 12
+    assert (np.array(segments) >= needed).all()
+    assert (np.array(segments) <= 1.25 * needed + 1).all()  # a step of 19 %, and whole numbers
+
+
 def test_a_ball_that_nothing_can_cut_is_drawn_as_its_outline() -> None:
     def outlined(*others: Surface, camera: Camera | None = None) -> int:
         return _plan(_scene(Surface(Sphere(), MIRROR), *others, camera=camera)).surfaces[0].has("OUTLINE")

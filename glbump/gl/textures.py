@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import moderngl
@@ -32,13 +32,27 @@ _FILTERS = {
 
 @dataclass(frozen=True)
 class MeshBuffers:
-    """A mesh on the GPU: one buffer for each attribute it has, and its indices."""
+    """A mesh on the GPU: one buffer for each attribute it has, and its indices; and how programs read them."""
 
     attributes: dict[str, moderngl.Buffer]
     indices: moderngl.Buffer
+    _arrays: dict[int, moderngl.VertexArray] = field(default_factory=dict)
+
+    def vertex_array(self, gl: moderngl.Context, program: moderngl.Program) -> moderngl.VertexArray:
+        """The mesh as `program` reads it."""
+        if program.glo not in self._arrays:
+            content = [
+                (buffer, "2f" if name == "texcoord" else "3f", name)
+                for name, buffer in self.attributes.items()
+                if name in program
+            ]
+            self._arrays[program.glo] = gl.vertex_array(program, content, self.indices)
+        return self._arrays[program.glo]
 
     def release(self) -> None:
-        """Free all buffers."""
+        """Free everything."""
+        for array in self._arrays.values():
+            array.release()
         for buffer in (*self.attributes.values(), self.indices):
             buffer.release()
 
@@ -49,12 +63,13 @@ class MeshBuffers:
 
 
 class Store:
-    """GL objects made from maps, kept by what they hold; the oldest go when they pass `most_bytes`."""
+    """GL objects made from maps, kept by what they hold; the oldest go when they pass `most_bytes`, or are more than
+    `most`: shapes that change from frame to frame leave a mesh behind each time."""
 
-    def __init__(self, context: Context, contents: Contents, most_bytes: int = 1 << 30) -> None:
+    def __init__(self, context: Context, contents: Contents, most_bytes: int = 1 << 30, most: int = 64) -> None:
         self._context = context
         self._contents = contents
-        self._most_bytes = most_bytes
+        self._most_bytes, self._most = most_bytes, most
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
         self._in_use: set[Hashable] = set()
 
@@ -70,7 +85,7 @@ class Store:
     def trim(self) -> None:
         """Free what this frame did not use, oldest first, while there is too much."""
         for key in list(self._kept):
-            if self.bytes <= self._most_bytes:
+            if self.bytes <= self._most_bytes and len(self._kept) <= self._most:
                 break
             if key not in self._in_use:
                 self._kept.pop(key)[0].release()

@@ -25,15 +25,14 @@ F64 = npt.NDArray[np.float64]
 
 
 class Uniforms:
-    """A program, the uniforms it kept, and its vertex arrays. Values it does not use are passed over, so that
-    callers need not know what the driver's compiler dropped."""
+    """A program and the uniforms it kept. Values it does not use are passed over, so that callers need not know
+    what the driver's compiler dropped."""
 
     def __init__(self, gl: moderngl.Context, program: moderngl.Program) -> None:
         self.program = program
         members = {name: program[name] for name in program}
         self._uniforms = {n: u for n, u in members.items() if isinstance(u, moderngl.Uniform)}
         self._gl = gl
-        self._arrays: dict[int, tuple[MeshBuffers, moderngl.VertexArray]] = {}
         self._empty: moderngl.VertexArray | None = None
 
     def write(self, values: Mapping[str, Any]) -> None:
@@ -57,27 +56,10 @@ class Uniforms:
 
     def vertex_array(self, mesh: MeshBuffers) -> moderngl.VertexArray:
         """The mesh as this program reads it."""
-        kept = self._arrays.get(id(mesh))
-        if kept is None or kept[0] is not mesh:
-            if len(self._arrays) >= 64:
-                self._release_arrays()
-            content = [
-                (buffer, "2f" if name == "texcoord" else "3f", name)
-                for name, buffer in mesh.attributes.items()
-                if name in self.program
-            ]
-            kept = mesh, self._gl.vertex_array(self.program, content, mesh.indices)
-            self._arrays[id(mesh)] = kept
-        return kept[1]
-
-    def _release_arrays(self) -> None:
-        for _, array in self._arrays.values():
-            array.release()
-        self._arrays.clear()
+        return mesh.vertex_array(self._gl, self.program)
 
     def release(self) -> None:
-        """Free the program and its vertex arrays."""
-        self._release_arrays()
+        """Free the program; the vertex arrays of meshes go with the meshes."""
         if self._empty is not None:
             self._empty.release()
         self.program.release()
