@@ -70,6 +70,11 @@ class Context:
         """Whether the CPU does the drawing (llvmpipe and its kin)."""
         return any(name in str(self.info["renderer"]).lower() for name in SOFTWARE)
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it is not released yet."""
+        return not self._released
+
     def make_current(self) -> None:
         """Let this thread's GL calls reach this context; ContextError where the driver refuses."""
         if not self.native.is_current():

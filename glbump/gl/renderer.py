@@ -45,6 +45,7 @@ class Renderer:
         """context: one that is open already, and stays its owner's to release."""
         self.context = context or open_context(backend, device)
         self._owns_context = context is None
+        self._released = False
         self.contents = Contents()
         self._store = Store(self.context, self.contents)
         self._programs: dict[Hashable, Uniforms] = {}
@@ -59,7 +60,18 @@ class Renderer:
         self.release()
 
     def release(self) -> None:
-        """Free everything on the GPU, the context included if it is its own. A second call does nothing."""
+        """Free everything on the GPU, the context included if it is its own. A second call does nothing.
+
+        ContextError on another thread than the context's.
+        """
+        if self._released:
+            return
+        if self.context.is_open:  # Closed before, it took everything with it.
+            self.context.check("release")  # Names of objects mean others in another context.
+            self._release()
+        self._released = True
+
+    def _release(self) -> None:
         if self._targets is not None:
             self._targets[1].release()
             self._targets = None
@@ -80,6 +92,8 @@ class Renderer:
         Raises SceneError, ImageError, MeshError, LimitError for what cannot be drawn; ContextError after release or
         on another thread; ShaderError where a shader does not compile.
         """
+        if self._released:
+            raise ContextError("cannot render: this renderer is released; make a new one")
         self.context.check("render")
         started = time.perf_counter()
         plan = self.plan(scene, size, quality)
