@@ -73,8 +73,7 @@ class Runner:
                     for d, s, c in zip(data, shared, self.plan.in_columns, strict=True)
                 ]
             self.run_part(self._header(pieces, shared, last - first), pieces, first, last, results)
-        if (error := self.gl.error) != "GL_NO_ERROR":
-            raise ShaderError(f"{self.plan.signature}: the driver reports {error} after the call")
+        self.check_errors()
 
     def run_part(self, head: Words, pieces: Sequence[Words], first: int, last: int, results: Sequence[Words]) -> None:
         """Rows first..last: `head` and `pieces` are the block of words."""
@@ -82,13 +81,22 @@ class Runner:
 
     def _header(self, pieces: Sequence[Words], shared: Sequence[bool], rows: int) -> Words:
         """The block's first words: rows, then offset and stride of each column."""
-        self.token = self.token % 0xFFFFFF + 1
-        head = [rows, self.token]
+        head = [rows, self.next_token()]
         at = HEADER + 2 * len(pieces)
         for piece, same, column in zip(pieces, shared, self.plan.in_columns, strict=True):
             head += [at, 0 if same else column.words]
             at += len(piece)
         return np.array(head, np.uint32)
+
+    def next_token(self) -> int:
+        """What tells this call's results from those of the calls before."""
+        self.token = self.token % 0xFFFFFF + 1
+        return self.token
+
+    def check_errors(self) -> None:
+        """ShaderError where OpenGL reports one."""
+        if (error := self.gl.error) != "GL_NO_ERROR":
+            raise ShaderError(f"{self.plan.signature}: the driver reports {error} after the call")
 
     def unwritten(self) -> ShaderError:
         renderer = self.gl.info["GL_RENDERER"]
@@ -101,15 +109,16 @@ class Arena:
     def __init__(self, context: Context) -> None:
         self.gl = context.gl
         self._kept: dict[str, Any] = {}
+        self._sizes: dict[str, int] = {}
 
     def buffer(self, name: str, size: int) -> moderngl.Buffer:
         """A buffer of at least `size` bytes."""
-        kept = self._kept.get(name)
-        if kept is None or kept.size < size:
-            if kept is not None:
-                kept.release()
-            kept = self._kept[name] = self.gl.buffer(reserve=max(1 << 12, 1 << (size - 1).bit_length()))
-        return kept
+        if self._sizes.get(name, 0) < size:
+            self._free(name)
+            self._sizes[name] = max(1 << 12, 1 << (size - 1).bit_length())
+            self._kept[name] = self.gl.buffer(reserve=self._sizes[name])
+        made: moderngl.Buffer = self._kept[name]
+        return made
 
     def data_texture(self, rows: int) -> moderngl.Texture:
         """A texture of words, DATA_WIDTH wide and at least `rows` high."""
@@ -136,6 +145,7 @@ class Arena:
 
     def _free(self, name: str) -> None:
         kept = self._kept.pop(name, None)
+        self._sizes.pop(name, None)
         if isinstance(kept, moderngl.Framebuffer):
             self.gl.detect_framebuffer(0).use()  # moderngl binds the last one again later, and this one will be gone
             for texture in kept.color_attachments:

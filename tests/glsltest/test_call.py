@@ -333,6 +333,7 @@ def test_a_driver_that_runs_nothing_is_noticed(glsl: Glsl, monkeypatch: pytest.M
     """Else the results of the call before would pass for those of this one."""
     f = glsl("float f(float x) { return x + 0.5; }").f
     assert f(1.0, backend="compute") == 1.5
+    assert f(1.0, backend="compute") == 1.5
     runner = f.overloads[0]._programs["compute"].runner
     real = runner.program
     monkeypatch.setattr(
@@ -342,3 +343,30 @@ def test_a_driver_that_runs_nothing_is_noticed(glsl: Glsl, monkeypatch: pytest.M
         f(1.0, backend="compute")
     monkeypatch.setattr(runner, "program", real)
     assert f(1.0, backend="compute") == 1.5
+
+
+def test_calls_like_the_last_one_see_their_own_numbers(glsl: Glsl) -> None:
+    """The short way of small calls: same shapes and types. Others take the long way, and come back."""
+    text = """
+    vec2 f(vec3 a, float b, out bool big) { big = b > 1.0; return a.xy * b; }
+    float one(float x) { return -x; }
+    bool turned(bool b) { return !b; }
+    """
+    module = glsl(text)
+    for _ in range(3):
+        for shape in ((5,), (5,), (7,), (2, 3), ()):
+            a = rng.normal(size=(*shape, 3)).astype(np.float32)
+            b = rng.normal(size=shape).astype(np.float32) if shape else np.float32(2).reshape(())
+            value, big = module.f(a, b, backend="compute")
+            again, _ = module.f(a[..., ::-1], b, backend="compute")  # not contiguous
+            assert np.array_equal(value, a[..., :2] * np.asarray(b)[..., None])
+            assert np.array_equal(again, a[..., :0:-1] * np.asarray(b)[..., None])
+            assert np.array_equal(big, b > 1)
+            shared, _ = module.f(a, np.float32(3).reshape(()), backend="compute")
+            assert np.array_equal(shared, a[..., :2] * np.float32(3))
+    kept = [module.one(np.float32([i])) for i in range(4)]
+    assert [float(k[0]) for k in kept] == [0, -1, -2, -3]  # each call its own array
+    for flag in (True, False, True):
+        assert module.turned(np.array([flag])).tolist() == [not flag]
+    assert module.one([1, 2]).tolist() == [-1, -2]
+    assert module.one(np.float64([1, 2])).tolist() == [-1, -2]
