@@ -361,7 +361,14 @@ def _grounds() -> Rows:
 
 CASES: dict[str, Case] = {
     "procedural.soft_sign": Case(
-        lambda: (inputs.uniform(3000, -1, 1), inputs.log_uniform(3000, 1e-6, 1, seed=1), inputs.uniform(3000, seed=2)),
+        lambda: tuple(
+            np.append(a, 0)  # nothing at all, where there is no side
+            for a in (
+                inputs.uniform(3000, -1, 1),
+                inputs.log_uniform(3000, 1e-6, 1, seed=1),
+                inputs.uniform(3000, seed=2),
+            )
+        ),
         "two sums, two lengths of 2 ULP, a sum and a division of 2.5 ULP; y + reach may cancel to EPS of either",
         ulps=8,
         abs=4 * EPS,
@@ -495,6 +502,15 @@ CASES: dict[str, Case] = {
         _shares,
         "(F0 A + B) / (A + B), where A + B is 0.3 at least, of factors within 16 roundings",
         abs=2 * 16 / 0.3 * EPS,
+    ),
+    "ggx.lobe_dir": Case(
+        lambda: (
+            inputs.directions(2000, 1),
+            inputs.directions(2000, 2),
+            inputs.uniform(len(inputs.directions(2000)), seed=3),
+        ),
+        "a share of some eight roundings, of a difference of 2 at most",
+        abs=2 * 8 * EPS,
     ),
     "mapping.sphere_step": Case(
         _rays_near_a_sphere,
