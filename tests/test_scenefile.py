@@ -140,12 +140,14 @@ environments = st.one_of(
     ),
 )
 scales = st.floats(1e-18, 1e18) | st.floats(-1e18, -1e-18)
+factors = st.floats(1e-3, 1e3) | st.floats(-1e3, -1e-3)
+stretched = st.tuples(st.floats(1e-12, 1e12), factors, factors).map(lambda t: (t[0], t[0] * t[1], t[0] * t[2]))
 surfaces = st.builds(
     Surface,
     shapes,
     st.builds(Material, st.tuples(shares, shares, shares), shares, shares, st.floats(1, 10)),
     bumps,
-    st.builds(Transform, points, points, st.one_of(scales, st.tuples(scales, scales, scales))),
+    st.builds(Transform, points, points, scales | stretched),
 )
 cameras = st.builds(
     Camera,
