@@ -331,6 +331,18 @@ def test_opening_and_releasing_leaves_nothing_behind(context: Context) -> None:
     assert context.live_objects() == before
 
 
+def test_what_lives_is_counted_however_many_names_came_before(context: Context) -> None:
+    with open_context(context.backend) as opened:
+        before = opened.live_objects()["buffer"]
+        # Mesa gives no name twice, so this one's is past 5,000.
+        for _ in range(5000):
+            opened.gl.buffer(b"1234").release()
+        kept = opened.gl.buffer(b"1234")
+        assert opened.live_objects()["buffer"] == before + 1
+        kept.release()
+        assert opened.live_objects()["buffer"] == before
+
+
 def test_a_forgotten_context_is_released(context: Context, monkeypatch: pytest.MonkeyPatch) -> None:
     destroyed = []
     opened = open_context(context.backend)
