@@ -156,7 +156,7 @@ def _swizzle_faults(node: Node) -> Iterator[Fault]:
 
 
 def _wrong_number(word: str) -> str:
-    if "." in word or "e" in word.lower():
+    if not word.lower().startswith("0x") and ("." in word or "e" in word.lower()):
         value = float(word.rstrip("fF"))
         return repr(value * 1.1 if value else 0.1)
     suffix = word[len(word.rstrip("uU")) :]

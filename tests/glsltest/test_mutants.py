@@ -52,6 +52,15 @@ def test_the_slips_people_make(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.parametrize(
+    ("number", "wrong"),
+    [("2.5", "2.75"), ("1e-3f", "0.0011"), ("0.0", "0.1"), ("7", "8"), ("3u", "4u"), ("0x9e3779b1u", "2654435762u")],
+)
+def test_wrong_numbers(tmp_path: Path, number: str, wrong: str) -> None:
+    (tmp_path / "f.glsl").write_text(f"float f() {{ return float({number}); }}\n")
+    assert f"{number} -> {wrong}" in changes(tmp_path / "f.glsl")
+
+
 def test_a_fault_goes_into_every_source_that_holds_its_place(tmp_path: Path) -> None:
     (tmp_path / "f.glsl").write_text(TEXT)
     (tmp_path / "top.glsl").write_text('\n#include "f.glsl"\n')
