@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from glbump.errors import ImageError
+from glbump.errors import ImageError, LimitError
 from glbump.maps.cube import CubeFaces, cube_from_picture
 from glbump.maps.panorama import Panorama, panorama_from_picture
 from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
@@ -18,6 +18,9 @@ from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, Proc
 from glbump.shapes import MeshFile, Shape
 
 F32 = npt.NDArray[np.float32]
+
+BRIGHTEST = 1e36
+"""Most that an environment may reach, its exposure counted in: differences and sums of it stay 32-bit floats."""
 
 TABLE = (256, 128)
 """Width and height of the table of a computed environment: what is gathered from it is smooth."""
@@ -106,6 +109,17 @@ class Contents:
             ("peak", environment_key(environment)), lambda: _largest(self.environment(environment).pixels)
         )
         return result
+
+    def brightest(self, environment: Environment) -> float:
+        """`peak` times the exposure; LimitError where either is past BRIGHTEST."""
+        peak = self.peak(environment)
+        bright = peak * 2.0**environment.exposure
+        if not max(peak, bright) <= BRIGHTEST:
+            raise LimitError(
+                f"the environment reaches {max(peak, bright):.3g} at exposure {environment.exposure:g}; "
+                f"at most {BRIGHTEST:g}: lower environment.exposure, or scale the picture"
+            )
+        return bright
 
     def irradiance(self, environment: Environment) -> npt.NDArray[np.float64]:
         """(9, 3) coefficients for sh9_irradiance, before exposure."""

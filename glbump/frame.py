@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from glbump import validate as check
 from glbump.errors import ImageError
 from glbump.maps.colour import alpha_bytes, display_bytes
 from glbump.maps.files import (
@@ -81,7 +81,8 @@ class Frame:
 
         Written whole or not at all. ImageError where pixels are NaN, and as `write_picture` says.
         """
-        if Path(path).suffix.lower() in DISPLAY_SUFFIXES:
+        path = check.path("the target", path)
+        if path.suffix.lower() in DISPLAY_SUFFIXES:
             write_display(path, self._display(tone, exposure, str(path)))
         else:
             write_picture(path, self.pixels, tone=tone, exposure=exposure)

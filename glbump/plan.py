@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from glbump import validate as check
 from glbump.camera import near_far
 from glbump.contents import Contents
 from glbump.errors import LimitError, SceneError
@@ -26,8 +27,6 @@ HALF_SUM = 4
 FAR_OVER_NEAR = 1e3
 """Largest far / near for which depth is kept as OpenGL has it: far off, its 24 bits tell two surfaces apart by
 far / near * 2**-24 of their distance. A logarithm tells them apart by log(far / near) * 2**-23 at any distance."""
-BRIGHTEST = 1e36
-"""Most that an environment may reach, its exposure counted in: differences and sums of it stay 32-bit floats."""
 STEEPEST = 1e12
 """Most that bumps may rise per unit of u or v, in sizes of their surface: past it, gradients leave 32-bit floats."""
 Note = Callable[[str, object, str], None]
@@ -114,15 +113,11 @@ def make_plan(
     def note(what: str, value: object, why: str) -> None:
         choices.append(Choice(what, str(value), why))
 
+    check.instance("scene", scene, Scene)
     note("samples", quality.samples, f"{quality.samples} a pixel, as quality {quality.preset} has it")
     environment = scene.environment
     peak = contents.peak(environment)
-    bright = peak * 2.0**environment.exposure
-    if not max(peak, bright) <= BRIGHTEST:
-        raise LimitError(
-            f"the environment reaches {max(peak, bright):.3g} at exposure {environment.exposure:g}; "
-            f"at most {BRIGHTEST:g}: lower environment.exposure, or scale the picture"
-        )
+    bright = contents.brightest(environment)
     texture_format = quality.texture_format
     if not isinstance(environment, Procedural) or any(s.material.roughness > 0 for s in scene.surfaces):
         texture_format = _fitting_format("texture format", texture_format, "environment", peak, note)

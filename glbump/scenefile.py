@@ -14,6 +14,7 @@ from dataclasses import MISSING, Field, fields
 from pathlib import Path
 from typing import Any
 
+from glbump import validate as check
 from glbump.camera import Camera
 from glbump.errors import SceneError, shown, unknown
 from glbump.maps.files import write_atomically
@@ -36,7 +37,7 @@ def load_scene(path: str | os.PathLike[str], *, root: str | os.PathLike[str] | N
     root: the folder that every picture and mesh must lie in, links followed; the scene file's own unless given.
     Raises SceneError, naming the file and the place in it, for anything that is not a scene.
     """
-    file = Path(path)
+    file = check.path("the scene file", path)
     try:
         tables = _tables(file)
         folder = file.resolve().parent
@@ -51,7 +52,7 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     Paths are written relative to the file's folder where they lie in it, absolute otherwise; `load_scene`
     then asks for a `root`. Raises SceneError for a scene that holds arrays, and for an unwritable target.
     """
-    folder = Path(path).resolve().parent
+    folder = check.path("the scene file", path).resolve().parent
 
     def write_path(where: str, value: Path | ArrayImage) -> str:
         if isinstance(value, ArrayImage):

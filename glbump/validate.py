@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from glbump.errors import SceneError, shown, unknown
@@ -94,6 +96,13 @@ def sequence(value: Any) -> list[Any] | None:
 def point(what: str, value: Any) -> tuple[float, ...]:
     """`value` as a tuple of three floats, none farther from 0 than LONGEST; SceneError otherwise."""
     return vector(what, value, 3, least=-LONGEST, most=LONGEST)
+
+
+def path(what: str, value: Any) -> Path:
+    """`value` as a Path; SceneError for what is none."""
+    if not isinstance(value, str | os.PathLike):
+        raise _refusal(what, "a path", value)
+    return Path(value)
 
 
 def instance(what: str, value: Any, kinds: type | Sequence[type]) -> Any:

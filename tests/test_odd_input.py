@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -284,3 +286,38 @@ def test_no_surface_is_the_sky(renderer: gb.Renderer) -> None:
     assert np.array_equal(with_none, pixels(renderer, replace(BALL, surfaces=[behind])))
     dark = replace(BALL, surfaces=(), environment=replace(BALL.environment, background=False))
     assert not pixels(renderer, dark).any()
+
+
+# Calls from Python -----------------------------------------------------------------------------------------------
+
+NO_SCENES = (None, "scene.toml", {}, [BALL], gb.Scene)
+NO_PATHS = (None, 3, b"a.png", io.BytesIO())
+
+
+def test_whatever_is_passed_is_refused_in_one_line(renderer: gb.Renderer) -> None:
+    frame = renderer.render(BALL, (8, 8), "fast")
+    calls = [
+        *(partial(renderer.render, scene) for scene in NO_SCENES),
+        *(partial(gb.reference.render, scene, (8, 8), 1) for scene in NO_SCENES),
+        *(partial(renderer.render, BALL, size) for size in (None, "8x8", 8, (8,), (8, 8, 8), ("8", "8"), (np.nan, 8))),
+        *(partial(renderer.render, BALL, (8, 8), quality) for quality in (None, 3, "", b"fast", gb.Quality)),
+        *(partial(gb.reference.render, BALL, (8, 8), samples) for samples in (None, 0, -4, 3, "4", 2.5, 1 << 30)),
+        *(partial(gb.render, BALL, (8, 8), backend=backend) for backend in (None, 3, "EGL", b"egl")),
+        *(partial(frame.save, path) for path in (*NO_PATHS, "", "a.bmp")),
+        *(partial(frame.save, "a.png", exposure=stops) for stops in (None, "1", np.nan, 65)),
+        *(partial(frame.save, "a.png", tone=tone) for tone in (None, "films")),
+        *(partial(gb.load_scene, path) for path in (*NO_PATHS, "", "none.toml")),
+        *(partial(gb.save_scene, gb.Scene(()), path) for path in (*NO_PATHS, "")),
+    ]
+    for call in calls:
+        with pytest.raises(gb.GlbumpError) as raised:
+            call()
+        assert "\n" not in str(raised.value), call
+        assert len(str(raised.value)) < 300, call
+    assert not list(Path().iterdir())
+
+
+def test_light_past_floats_is_refused_by_the_reference_too() -> None:
+    bright = replace(BALL, environment=gb.LatLong(NOISE * 1e35, exposure=9))
+    with pytest.raises(gb.LimitError, match=r"the environment reaches 5\.\d+e\+37 at exposure 9; at most 1e\+36"):
+        gb.reference.render(bright, (8, 8), 1)

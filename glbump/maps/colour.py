@@ -102,7 +102,7 @@ def display_bytes(linear: Floats, tone: str = "clip", exposure: float = 0.0) -> 
     No NaN: whoever writes a file has to refuse it first.
     """
     if linear.dtype == np.float16:
-        return _half_table(tone, float(exposure)).take(linear.view(np.uint16))
+        return _half_table(tone, check.number("exposure", exposure)).take(linear.view(np.uint16))
     return eight_bit(srgb_from_linear(tone_map(linear, tone, exposure)))
 
 

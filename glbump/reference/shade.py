@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from glbump import validate as check
 from glbump.camera import Camera, near_far, pixel_rays, projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
 from glbump.errors import SceneError
@@ -36,6 +37,9 @@ F32 = npt.NDArray[np.float32]
 BACKGROUND, SEVERAL, UNSEEN = -1, -2, -3
 PIECES = 1 << 32
 
+MOST_SAMPLES = 1 << 20
+"""A pixel; a picture of 256 x 256 takes days by then."""
+
 _RAYS = 1 << 18
 """Rays cast at once; bounds the memory."""
 
@@ -59,7 +63,11 @@ def render(
     """
     started = time.perf_counter()
     width, height = check_size(size)
-    shader = _Shader(scene, quality_of(quality), contents or Contents(), samples)
+    check.instance("scene", scene, Scene)
+    samples = check.integer("samples", samples, least=1, most=MOST_SAMPLES)
+    contents = contents or Contents()
+    contents.brightest(scene.environment)
+    shader = _Shader(scene, quality_of(quality), contents, samples)
     total = np.zeros((height, width, 4))
     seen = np.full((height, width), UNSEEN)
     # Bands end where quads of 2x2 pixels, counted from the lowest row, end.
