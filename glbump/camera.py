@@ -137,8 +137,8 @@ def _depths(camera: Camera, bounds_world: npt.ArrayLike, size: tuple[int, int] |
     forward = -_axes(camera)[2]
     low, high = np.asarray(bounds_world, dtype=np.float64).reshape(-1, 2, 3).swapaxes(0, 1) - camera.eye
     # The extreme corners along `forward`, without building all eight.
-    first = np.where(forward > 0, low, high) @ forward
-    last = np.where(forward > 0, high, low) @ forward
+    one, other = low * forward, high * forward
+    first, last = np.minimum(one, other).sum(axis=1), np.maximum(one, other).sum(axis=1)
     outside = np.linalg.norm(np.maximum(np.maximum(low, -high), 0), axis=1)
     if camera.projection == "perspective":
         if size is not None:

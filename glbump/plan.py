@@ -379,8 +379,7 @@ def _eye_is_inside(surface: Surface, scene: Scene) -> bool:
     """Whether the eye may be within a closed shape, so that its back sides are seen: box test, never too strict."""
     if not isinstance(surface.shape, Sphere | Torus | Cube):
         return False
-    world_from_object = surface.transform.matrix()
-    eye = np.linalg.solve(world_from_object, [*scene.camera.eye, 1.0])[:3]
+    eye = surface.transform.to_object(scene.camera.eye)
     low, high = bounds(surface.shape)
     if scene.camera.projection == "orthographic":
         # Its eye is a plane; nearer surfaces may lie behind it.
@@ -397,7 +396,7 @@ def _eye_is_near(surface: Surface, scene: Scene, contents: Contents) -> bool:
     """Whether the eye is within NEAR of the surface's box, or inside it."""
     if scene.camera.projection == "orthographic":
         return False
-    eye = np.linalg.solve(surface.transform.matrix(), [*scene.camera.eye, 1.0])[:3]
+    eye = surface.transform.to_object(scene.camera.eye)
     low, high = contents.bounds(surface.shape)
     away = np.maximum(np.maximum(low - eye, eye - high), 0.0)
     return bool(away.max() < NEAR * (high - low).max())
@@ -432,6 +431,8 @@ def _world_bounds(scene: Scene, contents: Contents) -> np.ndarray[tuple[int, ...
 def _apart(boxes: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     """(N,) whether the box (N, 2, 3) of each surface meets no other's. Then any points of it along the rays, not
     just the nearest, are hidden or seen rightly."""
+    if len(boxes) < 2:
+        return np.ones(len(boxes), bool)
     low, high = boxes[:, 0], boxes[:, 1]
     meet = (low[:, None] <= high[None]).all(axis=-1) & (low[None] <= high[:, None]).all(axis=-1)
     result: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = meet.sum(axis=1) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from glbump import validate as check
@@ -102,4 +103,9 @@ class Quality(check.Frozen):
 
 def quality_of(value: str | Quality) -> Quality:
     """A Quality, given one or the name of a preset."""
-    return value if isinstance(value, Quality) else Quality(value)
+    return value if isinstance(value, Quality) else _preset(value)
+
+
+@lru_cache(maxsize=8)
+def _preset(name: str) -> Quality:
+    return Quality(name)

@@ -160,6 +160,20 @@ class Transform(check.Frozen):
         """(4, 4) float64: world_from_object for column vectors; read-only."""
         return _matrix(self)
 
+    def inverse(self) -> npt.NDArray[np.float64]:
+        """(3, 3) float64: object_from_world for directions; read-only."""
+        return _inverse(self)
+
+    def to_object(self, point_world: Vec3) -> npt.NDArray[np.float64]:
+        """(3,): a point of the world, as the shape has it; the difference first, so that far places cancel rightly."""
+        return self.inverse() @ np.subtract(point_world, self.translate)
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether left and right change places."""
+        sx, sy, sz = np.asarray(self.scale).tolist()
+        return (sx < 0) ^ (sy < 0) ^ (sz < 0)
+
     @property
     def uniform_scale(self) -> float | None:
         """The size of the scale where it is the same along all axes (mirroring or not), else None."""
@@ -178,5 +192,14 @@ def _matrix(transform: Transform) -> npt.NDArray[np.float64]:
     result = np.eye(4)
     result[:3, :3] = about_z @ about_y @ about_x @ np.diag(np.asarray(transform.scale, dtype=np.float64))
     result[:3, 3] = transform.translate
+    result.flags.writeable = False
+    return result
+
+
+@lru_cache(maxsize=256)
+def _inverse(transform: Transform) -> npt.NDArray[np.float64]:
+    scale = np.asarray(transform.scale, dtype=np.float64)
+    # A rotation's inverse is its transpose, whatever the scale.
+    result: npt.NDArray[np.float64] = (_matrix(transform)[:3, :3] / scale).T / scale[:, None]
     result.flags.writeable = False
     return result

@@ -20,7 +20,7 @@ from glbump.gl.source import resolve
 from glbump.gl.targets import Targets
 from glbump.gl.textures import Store
 from glbump.gl.uniforms import Uniforms, View, environment_uniforms, sky_uniforms, surface_uniforms
-from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan
+from glbump.plan import BY_PIXEL, GLOSSY, MESH, Capabilities, Plan, make_plan
 from glbump.quality import Quality, quality_of
 from glbump.scene import Procedural, Scene, check_size
 from glbump.shapes import MeshFile
@@ -177,9 +177,9 @@ class Renderer:
                 gl.disable(moderngl.CULL_FACE)
             gl.front_face = "cw" if view.mirrored[i] else "ccw"
             uniforms.write(values)
-            uniforms.write(
-                {"clip_from_object": view.clip_from_object(i), "object_from_pixel": view.object_from_pixel(i)}
-            )
+            uniforms.write({"clip_from_object": view.clip_from_object(i)})
+            if plan.surfaces[i].has("DIRECTION") == BY_PIXEL:
+                uniforms.write({"object_from_pixel": view.object_from_pixel(i)})
             vertices.render()
         gl.front_face = "ccw"
         if sky is not None:

@@ -16,7 +16,7 @@ from glbump.gl.textures import MeshBuffers
 from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
 from glbump.mesh import outline_matrix
-from glbump.plan import GLOSSY, MESH, Plan
+from glbump.plan import GENERAL, GLOSSY, MESH, Plan
 from glbump.reference.reflect import f0_from_ior
 from glbump.scene import Bump, Environment, Procedural, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
@@ -75,10 +75,8 @@ class View:
         if plan.log_depth:
             # z = w - 2 near: clipped where w < near, and nowhere else. The depth itself comes from the fragments.
             self._projection[2] = self._projection[3] - (0, 0, 0, 2 * plan.near_far[0])
-        matrices = [world_from_object(surface, contents) for surface in scene.surfaces]
-        self._view_from_object = [self._view @ m for m in matrices]
-        self._object_from_world = [np.linalg.inv(m[:3, :3]) for m in matrices]
-        self.mirrored = [bool(np.linalg.det(m[:3, :3]) < 0) for m in matrices]
+        self._view_from_object = [self._view @ world_from_object(surface, contents) for surface in scene.surfaces]
+        self.mirrored = [surface.transform.mirrors for surface in scene.surfaces]
         self.shift = (0.0, 0.0)
 
     def at(self, offset: npt.ArrayLike) -> View:
@@ -107,7 +105,7 @@ class View:
     def object_from_pixel(self, index: int) -> F64:
         """(3, 3): columns are the changes of the view direction, as surface `index` has it, with a pixel to the right
         and with one up, and the direction at the middle of the picture; of any length."""
-        result = self._object_from_world[index] @ self.world_from_ndc() * (2 / self.size[0], 2 / self.size[1], 1.0)
+        result = self.scene.surfaces[index].transform.inverse() @ self.world_from_ndc() * (2 / self.size[0], 2 / self.size[1], 1.0)
         return result / np.abs(result).max()
 
 
@@ -153,14 +151,15 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     # Of the lengths that `env_from_object` leaves; an orthogonal matrix leaves them all alike.
     world_unit = unit * float(np.abs(np.asarray(surface.transform.scale)).max())
     linear = scene.environment.env_from_world() @ matrix[:3, :3] / world_unit
-    normal = np.linalg.inv(linear).T
     values: dict[str, Any] = {
         "env_from_object": linear,
-        "env_from_object_normal": normal / np.abs(normal).max(),
-        "eye_object": _eye(scene, matrix),
+        "eye_object": _eye(scene, surface, contents),
         "picture_centre": (plan.size[0] / 2, plan.size[1] / 2),
         "log_depth": _log_depth(*plan.near_far),
     }
+    if how.has("TRANSFORM") == GENERAL:
+        normal = np.linalg.inv(linear).T
+        values["env_from_object_normal"] = normal / np.abs(normal).max()
     match surface.shape:
         case Sphere(radius=radius):
             values["radius"] = radius / unit
@@ -197,9 +196,10 @@ def _log_depth(near: float, far: float) -> tuple[float, float]:
     return -1 / octaves, -math.log2(near) / octaves
 
 
-def _eye(scene: Scene, world_from_object: F64) -> tuple[float, ...]:
+def _eye(scene: Scene, surface: Surface, contents: Contents) -> tuple[float, ...]:
     """Where a surface has the eye: (x, y, z, 1), or (x, y, z, 0), the unit direction of an orthographic view."""
     if scene.camera.projection == "orthographic":
-        ahead = np.linalg.solve(world_from_object[:3, :3], -view_matrix(scene.camera)[2, :3])
+        ahead = surface.transform.inverse() @ -view_matrix(scene.camera)[2, :3]
         return (*(ahead / np.linalg.norm(ahead)), 0.0)
-    return (*np.linalg.solve(world_from_object, [*scene.camera.eye, 1.0])[:3], 1.0)
+    origin, unit = contents.frame(surface.shape)
+    return (*((surface.transform.to_object(scene.camera.eye) - origin) / unit), 1.0)
