@@ -20,21 +20,27 @@ from glbump.camera import Camera
 from glbump.errors import SceneError, shown, unknown
 from glbump.shapes import SHAPES, Shape, Transform, Vec2, Vec3
 
+BYTES = (np.uint8, np.uint16)
+"""Array types that mean what files of such integers mean: colour is sRGB, heights are parts of the full range."""
+
 
 class ArrayImage:
     """A picture given as an array, kept read-only so that a frozen scene stays frozen.
 
-    Two are equal when their pixels are; the hash is the identity's, so caches never compare pixels.
+    Arrays of BYTES stay so, all else becomes float32, linear. Two are equal when their pixels are; the hash is the
+    shape's.
     """
 
     __slots__ = ("pixels",)
 
     def __init__(self, pixels: npt.ArrayLike) -> None:
-        # What float32 cannot hold becomes infinite, and is refused with its place when the picture is read.
-        with np.errstate(over="ignore"):
-            array = np.array(pixels, dtype=np.float32)
+        array = np.array(pixels)
+        if array.dtype not in BYTES:
+            # What float32 cannot hold becomes infinite, and is refused with its place when the picture is read.
+            with np.errstate(over="ignore"):
+                array = array.astype(np.float32)
         array.flags.writeable = False
-        self.pixels = array
+        self.pixels: npt.NDArray[Any] = array
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, ArrayImage) and (
@@ -49,7 +55,7 @@ class ArrayImage:
 
 
 Image = str | Path | npt.NDArray[Any] | ArrayImage
-"""A picture: a path, or an array (H, W) or (H, W, C), row 0 on top, linear light."""
+"""A picture: a path, or an array (H, W) or (H, W, C), row 0 on top: floats of linear light, or uint8 or uint16."""
 
 
 def picture_of(image: Any) -> Path | ArrayImage:
@@ -64,9 +70,11 @@ def _image(what: str, value: Any) -> Path | ArrayImage:
     if isinstance(value, str | os.PathLike) and str(value):
         return Path(value)
     if isinstance(value, np.ndarray):
-        if value.ndim not in (2, 3, 4) or value.size == 0 or value.dtype.kind not in "fiub":
+        # Other integers have no full range to be parts of.
+        known = value.dtype.kind == "f" or value.dtype in BYTES
+        if value.ndim not in (2, 3, 4) or value.size == 0 or not known:
             raise SceneError(
-                f"{what} must be a path or a non-empty numeric array (H, W) or (H, W, C); "
+                f"{what} must be a path or a non-empty array (H, W) or (H, W, C) of floats, uint8 or uint16; "
                 f"got an array of shape {value.shape} and type {value.dtype}"
             )
         return ArrayImage(value)

@@ -130,9 +130,7 @@ SHAPES = [Sphere(), Torus(), Cube(), Plane()]
 
 @pytest.mark.parametrize("environment", ["lat-long", "cube"])
 @pytest.mark.parametrize("quality", CHOICES)
-def test_base_colour_1_vanishes_in_a_constant_environment(
-    renderer: Renderer, quality: str, environment: str
-) -> None:
+def test_base_colour_1_vanishes_in_a_constant_environment(renderer: Renderer, quality: str, environment: str) -> None:
     grey = np.full((8, 16, 3), 0.5, np.float32) if environment == "lat-long" else np.full((6, 8, 8, 3), 0.5, "f4")
     where = LatLong(grey) if environment == "lat-long" else CubeMap(grey)
     for i, material in enumerate(MATERIALS):
@@ -265,3 +263,15 @@ def test_heights_rise_towards_the_eye(renderer: Renderer) -> None:
     # Slope 0.2 over 2 world units, times 256/255 for the picture's last step: the reflection turns by twice its angle.
     angle = 2 * np.arctan(0.1 * 256 / 255)
     assert looks[16, 16, 0] == pytest.approx(-np.sin(angle), abs=2e-3)
+
+
+def test_bytes_mean_what_a_file_of_bytes_means(renderer: Renderer) -> None:
+    grey = np.full((4, 8, 3), 188, np.uint8)  # sRGB 188 is linear 0.5
+    pixels = renderer.render(Scene([], LatLong(grey)), (8, 8), "exact").pixels
+    assert pixels[..., :3] == pytest.approx(0.5, abs=3e-3)
+    heights = (255 * WAVES).round().astype(np.uint8)
+    a, b = (
+        renderer.render(Scene([Surface(Quad(), MIRROR, Bump(h, amplitude=0.02))], COMPASS), (32, 32), "exact").pixels
+        for h in (heights, heights / np.float32(255))
+    )
+    assert np.array_equal(a, b)

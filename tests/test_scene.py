@@ -99,7 +99,7 @@ REFUSED = [
     (Bump, {"height": ""}, r"bump\.height must be a path or an array; got str ''"),
     (Bump, {"height": np.zeros((0, 4))}, r"bump\.height must be .*non-empty.*; got an array of shape \(0, 4\)"),
     (Bump, {"height": np.zeros(4)}, r"bump\.height must be .*\(H, W\).*; got an array of shape \(4,\)"),
-    (Bump, {"height": np.array([["a"]])}, r"bump\.height must be .*numeric.*type <U1"),
+    (Bump, {"height": np.array([["a"]])}, r"bump\.height must be .*of floats, uint8 or uint16; .*type <U1"),
     (Bump, {"amplitude": NAN}, r"bump\.amplitude must be a finite number .*; got nan"),
     (Bump, {"repeat": 0}, r"bump\.repeat\[0\] must be .*above 0.*; got 0"),
     (Bump, {"repeat": (1, 2, 3)}, r"bump\.repeat must be 2 numbers; got"),

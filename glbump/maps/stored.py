@@ -53,10 +53,11 @@ _ORIENTATIONS = {
 
 @runtime_checkable
 class ArraySource(Protocol):
-    """A picture given as an array: `pixels` is (H, W), (H, W, C) or six faces (6, N, N, C), linear floats."""
+    """A picture given as an array: `pixels` is (H, W), (H, W, C) or six faces (6, N, N, C): linear floats,
+    or uint8 or uint16 as files hold them."""
 
     @property
-    def pixels(self) -> npt.NDArray[np.float32]: ...
+    def pixels(self) -> npt.NDArray[Any]: ...
 
 
 Source = Path | ArraySource
@@ -104,7 +105,10 @@ def read_stored(source: Source) -> Stored:
 
 
 def _from_array(source: ArraySource) -> Stored:
-    pixels = np.asarray(source.pixels, dtype=np.float32)
+    pixels = np.asarray(source.pixels)
+    is_float = pixels.dtype not in (np.uint8, np.uint16)
+    if is_float:
+        pixels = pixels.astype(np.float32, copy=False)
     name = f"array{pixels.shape}"
     if pixels.ndim == 4 and pixels.shape[0] == 6:
         pixels = pixels.reshape(-1, *pixels.shape[2:])
@@ -113,7 +117,7 @@ def _from_array(source: ArraySource) -> Stored:
     if pixels.ndim != 3 or pixels.size == 0 or pixels.shape[2] > 4:
         raise ImageError(f"{name}: must be (H, W), (H, W, 1 to 4) or six faces (6, N, N, 1 to 4), not empty")
     channels = (("Y",), ("Y", "A"), ("R", "G", "B"), ("R", "G", "B", "A"))[pixels.shape[2] - 1]
-    return Stored(pixels, channels, 32, True, name)
+    return Stored(pixels, channels, 8 * pixels.dtype.itemsize, is_float, name)
 
 
 def _limit(name: str, default: int) -> int:
