@@ -16,7 +16,7 @@ Index = npt.NDArray[np.intp]
 
 OCTAVES = 9
 WIDEST = 4.0
-RIDGE_MEAN = 0.38
+RIDGE_MEAN, RIDGE_SLOPE = 0.44, 2.9
 GROUND = -0.5
 NEAREST, FARTHEST = 0.25, 40.0
 
@@ -128,14 +128,17 @@ def value_noise(place: npt.ArrayLike, seed: npt.ArrayLike) -> F64:
     return np.stack([near + (far - near) * sx, (far - near) * dx, (high - low) * dy], axis=-1)
 
 
-def _octave(place: F64, cell: float, turned: complex, soft: float, seed: Any) -> F64:
-    """(..., 3) ridges in 0..1 and their derivatives: noise with cells of one size, turned, its zeros made crests."""
+def _octave(place: F64, cell: float, turned: complex, reach: F64, seed: Any) -> F64:
+    """(..., 3) ridges in 0..1 and their derivatives: noise with cells of one size, turned, its zeros made crests.
+
+    A crest is (1 - |noise|)^2, with |noise| averaged from noise - reach to noise + reach where that spans 0.
+    """
     z = (place[..., 0] + 1j * place[..., 1]) * turned / cell
     noise = value_noise(np.stack([z.real, z.imag], axis=-1), seed)
-    crease = np.sqrt(noise[..., 0] ** 2 + soft**2)
-    height = np.maximum(1 - crease, 0)
+    value = noise[..., 0]
+    height = np.maximum(1 - np.where(np.abs(value) < reach, (value**2 + reach**2) / (2 * reach), np.abs(value)), 0)
     slope = (noise[..., 1] + 1j * noise[..., 2]) * np.conj(turned) / cell
-    slope = slope * (-2 * height * noise[..., 0] / crease)
+    slope = slope * (-2 * height * np.clip(value / reach, -1, 1))
     return np.stack([height**2, slope.real, slope.imag], axis=-1)
 
 
@@ -146,48 +149,64 @@ def valley(away: npt.ArrayLike) -> F64:
 
 
 def landscape(place: npt.ArrayLike, width: npt.ArrayLike, relief: npt.ArrayLike, seed: npt.ArrayLike) -> F64:
-    """(..., 3) height of the ground at place (..., 2) = (x, z) and its derivatives; GROUND..GROUND + relief.
+    """(..., 4) height of the ground at place (..., 2) = (x, z), its derivatives, the mean square of slopes left out.
 
-    width: (...) of the footprint on the ground; what is finer gives way to its mean.
+    Heights lie in GROUND..GROUND + relief. width: (...) of the footprint on the ground; what is finer gives way to
+    its mean.
     """
     p = _float(place)
     width = np.broadcast_to(_float(width), p.shape[:-1])
     seeds = np.broadcast_to(np.asarray(seed, np.int64), p.shape[:-1])
     mean = np.array([RIDGE_MEAN, 0.0, 0.0])
     total = np.zeros((*p.shape[:-1], 3))
+    lost = np.full(p.shape[:-1], float(OCTAVES))
     for octave in range(OCTAVES):
         cell, weight = WIDEST / 2**octave, 0.5 / 2**octave
         total += weight * mean
         seen = width < cell
         if seen.any():
-            ridge = _octave(p[seen], cell, (0.8 + 0.6j) ** octave, 0.03, (seeds[seen] + octave) % 2**32)
-            total[seen] += weight * (1 - _smooth(0.3, 1.0, width[seen] / cell))[:, None] * (ridge - mean)
+            cells = width[seen] / cell
+            ridge = _octave(p[seen], cell, (0.8 + 0.6j) ** octave, 0.05 + cells, (seeds[seen] + octave) % 2**32)
+            share = 1 - _smooth(0.3, 1.0, cells)
+            total[seen] += (weight * share)[:, None] * (ridge - mean)
+            lost[seen] -= share**2
     away = np.linalg.norm(p, axis=-1)
     rise, rising = np.moveaxis(valley(away), -1, 0)
     outwards = p / np.maximum(away, 1e-6)[..., None]
     slope = rise[..., None] * total[..., 1:] + (total[..., 0] * rising)[..., None] * outwards
-    result: F64 = _float(relief)[..., None] * np.concatenate([(rise * total[..., 0])[..., None], slope], axis=-1)
-    result[..., 0] += GROUND
-    return result
+    relief = _float(relief)
+    return np.stack(
+        [
+            GROUND + relief * rise * total[..., 0],
+            relief * slope[..., 0],
+            relief * slope[..., 1],
+            RIDGE_SLOPE * (relief * rise * 0.5 / WIDEST) ** 2 * lost,
+        ],
+        axis=-1,
+    )
+
+
+def mean_normal(ground: npt.ArrayLike) -> F64:
+    """(..., 3) mean of the normals of ground (..., 4) as `landscape` has it: the shorter, the more is left out.
+
+    With slopes g and others of mean square s that are left out, sqrt(1 + g^2 + s) is the mean length of the normals.
+    """
+    _, x, z, rest = np.moveaxis(_float(ground), -1, 0)
+    return np.stack([-x, np.ones_like(x), -z], axis=-1) / np.sqrt(1 + x * x + z * z + rest)[..., None]
 
 
 def clearance(dir_env: npt.ArrayLike, far: npt.ArrayLike, ground: npt.ArrayLike) -> F64:
-    """(...) the sine of the angle from the ground (..., 3) up to the ray, as seen from the eye, `far` along the ray."""
+    """(...) the sine of the angle from the ground (..., 4) up to the ray, as seen from the eye, `far` along the ray."""
     return _float(dir_env)[..., 1] - _float(ground)[..., 0] / _float(far)
 
 
-def _ground_normal(ground: F64) -> F64:
-    n = np.stack([-ground[..., 1], np.ones_like(ground[..., 1]), -ground[..., 2]], axis=-1)
-    return n / np.linalg.norm(n, axis=-1, keepdims=True)
-
-
 def lit_ground(ground: npt.ArrayLike, relief: npt.ArrayLike, rock: npt.ArrayLike, snow: npt.ArrayLike) -> F64:
-    """(..., 3) colour of ground (..., 3) as `landscape` has it, in sunlight and skylight; never above rock and snow."""
+    """(..., 3) colour of ground (..., 4) as `landscape` has it, in sunlight and skylight; never above rock and snow."""
     ground = _float(ground)
-    n = _ground_normal(ground)
+    n = mean_normal(ground)
     sun, sunlight = np.array([-0.80, 0.36, 0.48]), np.array([0.86, 0.80, 0.70])
     high = (ground[..., 0] - GROUND) / np.maximum(_float(relief), 1e-6)
-    white = _smooth(0.28, 0.46, high) * _smooth(0.45, 0.75, n[..., 1])
+    white = _smooth(0.28, 0.46, high) * _smooth(0.4, 0.9, n[..., 1])
     shine = np.maximum(_dot(n, sun), 0)[..., None]
     return _mix(rock, snow, white) * (sunlight * shine + (1 - sunlight) * (0.5 + 0.5 * n[..., 1:2]))
 
@@ -226,7 +245,7 @@ def fractal_radiance(
 
     on = np.arange(len(d))
     for far in march_distance(np.arange(steps), steps):
-        on = on[(free[on] > 0) & (far * d[on, 1] <= GROUND + relief)]
+        on = on[(free[on] > 0) & ((d[on, 1] <= 0) | (far * d[on, 1] <= GROUND + relief))]
         if not len(on):
             break
         bound = GROUND + relief * valley(far * np.hypot(d[on, 0], d[on, 2]))[:, 0]
@@ -242,10 +261,10 @@ def fractal_radiance(
         crossed = (nearer > 0) & (now <= 0)
         at = np.where(crossed, nearer, far)
         ground = look(ray, at)
-        was = clearance(d[ray], at, ground)
-        at = at + (far - at) * np.divide(was, was - now, out=np.zeros_like(at), where=crossed)
+        was = at * clearance(d[ray], at, ground)
+        at = at + (far - at) * np.divide(was, was - far * now, out=np.zeros_like(at), where=crossed)
         # Seen at a grazing angle, the footprint is longer on the ground than across the ray.
-        facing = np.maximum(np.abs(_dot(_ground_normal(ground), d[ray])), 0.1)
+        facing = np.maximum(np.abs(_dot(mean_normal(ground), d[ray])), 0.1)
         clear = 2.0 ** (-at / FARTHEST) * (1 - (at / FARTHEST) ** 2)
         colour = _mix(air[ray], lit_ground(look(ray, at, facing), relief, rock, snow), clear)
         light[ray] += (free[ray] + covered[more] - 1)[:, None] * colour

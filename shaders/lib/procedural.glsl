@@ -69,7 +69,8 @@ vec3 value_noise(vec2 place, uint seed) {
 
 const int OCTAVES = 9;
 const float WIDEST = 4.0;        // the first octave's cells; the eye stands 0.5 above the ground
-const float RIDGE_MEAN = 0.38;   // of an octave: what is left where it is finer than the footprint
+const float RIDGE_MEAN = 0.44;   // of an octave: what is left where it is finer than the footprint
+const float RIDGE_SLOPE = 2.9;   // mean square of an octave's slope, its cells and its height being 1
 const float GROUND = -0.5;
 const float NEAREST = 0.25;
 const float FARTHEST = 40.0;
@@ -80,23 +81,28 @@ vec2 valley(float away) {
     return vec2(0.04 + 0.96 * x * x * (3.0 - 2.0 * x), 0.72 * x * (1.0 - x));
 }
 
-// Mountains round a valley: height of the ground at place (x, z) below or above the eye, and its derivatives. Ridges of
-// octaves, each turned, half as wide and half as high as the one before; no lower than GROUND and no higher than
-// GROUND + relief. Octaves finer than `width` give way to their mean.
-vec3 landscape(vec2 place, float width, float relief, uint seed) {
-    vec3 mean = vec3(RIDGE_MEAN, 0.0, 0.0);
+// Mountains round a valley: height of the ground at place (x, z) below or above the eye, its derivatives, and the mean
+// square of the slopes that these leave out. Ridges of octaves, each turned, half as wide and half as high as the one
+// before; no lower than GROUND and no higher than GROUND + relief. Octaves finer than `width` give way to their mean,
+// and crests narrower than it are rounded: the mean of |noise| over what the footprint spans of it.
+vec4 landscape(vec2 place, float width, float relief, uint seed) {
+    const vec3 mean = vec3(RIDGE_MEAN, 0.0, 0.0);
     vec3 sum = mean * (1.0 - exp2(-float(OCTAVES)));
+    float lost = float(OCTAVES);
     float weight = 0.5;
     float cell = WIDEST;
     vec2 axis = vec2(1.0 / WIDEST, 0.0);
     for (int octave = 0; octave < OCTAVES && width < cell; ++octave) {
         vec2 turned = vec2(axis.x * place.x - axis.y * place.y, axis.y * place.x + axis.x * place.y);
         vec3 noise = value_noise(turned, seed + uint(octave));
-        float crease = length(vec2(noise.x, 0.03));
+        float reach = 0.05 + width / cell;
+        float crease = abs(noise.x) < reach ? 0.5 * (noise.x * noise.x / reach + reach) : abs(noise.x);
         float top = max(1.0 - crease, 0.0);
         vec2 slope = vec2(axis.x * noise.y + axis.y * noise.z, axis.x * noise.z - axis.y * noise.y);
-        vec3 ridge = vec3(top * top, -2.0 * top * noise.x / crease * slope);
-        sum += weight * (1.0 - smoothstep(0.3, 1.0, width / cell)) * (ridge - mean);
+        vec3 ridge = vec3(top * top, -2.0 * top * clamp(noise.x / reach, -1.0, 1.0) * slope);
+        float share = 1.0 - smoothstep(0.3, 1.0, width / cell);
+        sum += weight * share * (ridge - mean);
+        lost -= share * share;
         weight *= 0.5;
         cell *= 0.5;
         axis = 2.0 * vec2(0.8 * axis.x - 0.6 * axis.y, 0.6 * axis.x + 0.8 * axis.y);
@@ -104,22 +110,29 @@ vec3 landscape(vec2 place, float width, float relief, uint seed) {
     float away = length(place);
     vec2 rise = valley(away);
     vec2 slope = rise.x * sum.yz + rise.y * sum.x * place / max(away, 1e-6);
-    return vec3(GROUND, 0.0, 0.0) + relief * vec3(rise.x * sum.x, slope);
+    // Each octave is as steep as the next: half as high, over cells half as wide.
+    float steep = relief * rise.x * 0.5 / WIDEST;
+    return vec4(GROUND + relief * rise.x * sum.x, relief * slope, RIDGE_SLOPE * steep * steep * lost);
+}
+
+// The mean of the normals of ground as landscape() has it: the shorter, the more slopes are left out.
+vec3 mean_normal(vec4 ground) {
+    return vec3(-ground.y, 1.0, -ground.z) * inversesqrt(1.0 + dot(ground.yz, ground.yz) + ground.w);
 }
 
 // Colour of the ground of landscape() in sunlight and skylight: snow on what is high and flat, rock elsewhere.
 // No brighter than the brighter of the two.
-vec3 lit_ground(vec3 ground, float relief, vec3 rock, vec3 snow) {
+vec3 lit_ground(vec4 ground, float relief, vec3 rock, vec3 snow) {
     const vec3 SUN = vec3(-0.80, 0.36, 0.48);
     const vec3 SUNLIGHT = vec3(0.86, 0.80, 0.70);
-    vec3 n = normalize(vec3(-ground.y, 1.0, -ground.z));
+    vec3 n = mean_normal(ground);
     float high = (ground.x - GROUND) / max(relief, 1e-6);
-    float white = smoothstep(0.28, 0.46, high) * smoothstep(0.45, 0.75, n.y);
+    float white = smoothstep(0.28, 0.46, high) * smoothstep(0.4, 0.9, n.y);
     return mix(rock, snow, white) * (SUNLIGHT * max(dot(n, SUN), 0.0) + (1.0 - SUNLIGHT) * (0.5 + 0.5 * n.y));
 }
 
 // Sine of the angle from the ground up to the ray, as seen from the eye, at a distance along it.
-float clearance(vec3 dir_env, float far, vec3 ground) {
+float clearance(vec3 dir_env, float far, vec4 ground) {
     return dir_env.y - ground.x / far;
 }
 
@@ -152,7 +165,7 @@ vec3 fractal_radiance(vec3 dir_env, vec3 ddx, vec3 ddy, vec3 sky, vec3 haze, vec
         float above = 0.0;
         float covered = 0.0;
         for (; i < steps; ++i) {
-            if (dir_env.y * far > GROUND + relief) return light + open * air;
+            if (dir_env.y > 0.0 && dir_env.y * far > GROUND + relief) return light + open * air;
             above = clearance(dir_env, far, landscape(far * dir_env.xz, far * width, relief, seed));
             covered = clamp(0.5 - above / max(width, 1e-6), 0.0, 1.0);
             if (1.0 - covered < open) break;
@@ -162,14 +175,13 @@ vec3 fractal_radiance(vec3 dir_env, vec3 ddx, vec3 ddy, vec3 sky, vec3 haze, vec
         if (i == steps) break;
         bool crossed = before > 0.0 && above <= 0.0;
         float at = crossed ? before : far;
-        vec3 ground = landscape(at * dir_env.xz, at * width, relief, seed);
+        vec4 ground = landscape(at * dir_env.xz, at * width, relief, seed);
         if (crossed) {
-            float was = clearance(dir_env, before, ground);
-            at = mix(before, far, was / (was - above));
+            float was = before * clearance(dir_env, before, ground);
+            at = mix(before, far, was / (was - far * above));
         }
         // Seen at a grazing angle, the footprint is longer on the ground than across the ray.
-        vec3 n = normalize(vec3(-ground.y, 1.0, -ground.z));
-        float facing = max(abs(dot(n, dir_env)), 0.1);
+        float facing = max(abs(dot(mean_normal(ground), dir_env)), 0.1);
         ground = landscape(at * dir_env.xz, at * width / facing, relief, seed);
         float clear = exp2(-at / FARTHEST) * (1.0 - at * at / (FARTHEST * FARTHEST));
         light += (open + covered - 1.0) * mix(air, lit_ground(ground, relief, rock, snow), clear);

@@ -350,13 +350,17 @@ def _landscape_bound(place: Any, width: Any, relief: Any, seed: Any, want: F64) 
     """Places are off by three roundings; times the steepest slope and the sharpest bend that nine octaves can have."""
     off = 3 * EPS * length(place) + 1e-7
     octaves = 2.0 ** np.arange(9)
-    slope, bend = 2 * 15 / 8 * 2 / 4 * 0.5 * 9, (0.5 * octaves / 16 * 2 * (5.8 * 4 + 3.75**2 / 0.03)).sum()
-    return np.stack([slope * off, bend * off, bend * off], axis=-1) * np.asarray(relief, float)[:, None] + 4 * EPS
+    slope, bend = 2 * 15 / 8 * 2 / 4 * 0.5 * 9, (0.5 * octaves / 16 * 2 * (5.8 * 4 + 3.75**2 / 0.05)).sum()
+    each = np.stack([slope * off, bend * off, bend * off, 100 * EPS + 0 * off], axis=-1)
+    return each * np.asarray(relief, float)[:, None] + 4 * EPS
 
 
 def _grounds() -> Rows:
-    ground = np.concatenate([inputs.uniform(2000, -0.5, 2.5, (1,), 1), inputs.uniform(2000, -3, 3, (2,), 2)], axis=-1)
-    return ground, np.float32(3), UP, DOWN
+    parts = (
+        inputs.uniform(2000, low, high, (columns,), seed)
+        for low, high, columns, seed in ((-0.5, 2.5, 1, 1), (-3, 3, 2, 2), (0, 2, 1, 3))
+    )
+    return np.concatenate([*parts], axis=-1), np.float32(3), UP, DOWN
 
 
 CASES: dict[str, Case] = {
@@ -407,6 +411,9 @@ CASES: dict[str, Case] = {
     ),
     "procedural.landscape": Case(
         _places, "places of some roundings, times slopes and bends of all octaves", abs=_landscape_bound
+    ),
+    "procedural.mean_normal": Case(
+        lambda: _grounds()[:1], "three products, three sums, an inverse root of 1.5 ULP and a product", ulps=8
     ),
     "procedural.lit_ground": Case(
         _grounds,
