@@ -14,7 +14,7 @@ from glbump.errors import ImageError, LimitError
 from glbump.maps.cube import CubeFaces, cube_from_picture
 from glbump.maps.panorama import Panorama, panorama_from_picture
 from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
-from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, Procedural, picture_of
+from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, Procedural, Scene, picture_of
 from glbump.shapes import MeshFile, Shape
 
 F32 = npt.NDArray[np.float32]
@@ -72,6 +72,12 @@ def bump_key(bump: Bump | NormalMap) -> Hashable:
 def shape_key(shape: Shape) -> Hashable:
     """What a shape's mesh is known by."""
     return ("mesh", source_key(shape.path)) if isinstance(shape, MeshFile) else shape
+
+
+def content_keys(scene: Scene) -> Hashable:
+    """What all that a scene names is known by: the same again as long as no file of it has changed."""
+    surfaces = ((shape_key(s.shape), s.bump and bump_key(s.bump)) for s in scene.surfaces)
+    return environment_key(scene.environment), *surfaces
 
 
 class Contents:
@@ -171,8 +177,14 @@ class Contents:
         coordinates are counted from the middle of the shape's box, in some half of its width. A power of two, so
         that a shape about its origin loses nothing.
         """
-        low, high = self.bounds(shape)
-        return (low + high) / 2, 2.0 ** float(np.rint(np.log2((high - low).max() / 2)))
+        result: tuple[npt.NDArray[np.float64], float] = self._get(
+            ("frame", shape_key(shape)), lambda: _frame(*self.bounds(shape))
+        )
+        return result
+
+
+def _frame(low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], float]:
+    return (low + high) / 2, 2.0 ** float(np.rint(np.log2((high - low).max() / 2)))
 
 
 def _largest(values: F32) -> float:

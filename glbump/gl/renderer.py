@@ -10,8 +10,9 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from glbump import validate as check
 from glbump.camera import sample_offsets
-from glbump.contents import Contents
+from glbump.contents import Contents, content_keys
 from glbump.errors import ContextError, LimitError
 from glbump.frame import Frame
 from glbump.gl.context import Context, open_context
@@ -19,7 +20,7 @@ from glbump.gl.program import build_program
 from glbump.gl.source import resolve
 from glbump.gl.targets import Targets
 from glbump.gl.textures import Store
-from glbump.gl.uniforms import Uniforms, View, environment_uniforms, sky_uniforms, surface_uniforms
+from glbump.gl.uniforms import Uniforms, View, sky_uniforms
 from glbump.plan import BY_PIXEL, GLOSSY, MESH, Capabilities, Plan, make_plan
 from glbump.quality import Quality, quality_of
 from glbump.scene import Procedural, Scene, check_size
@@ -29,6 +30,7 @@ _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
 _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
 # Texture units.
 _ENVIRONMENT, _SLOPES, _GLOSS, _FRAME = range(4)
+_SAMPLERS = {"environment": _ENVIRONMENT, "slopes": _SLOPES, "gloss": _GLOSS}
 
 Draw = tuple[Uniforms, dict[str, Any], moderngl.VertexArray, moderngl.Texture | None]
 """Program, uniform values, vertices, and the slopes of the bumps if it has any."""
@@ -50,6 +52,7 @@ class Renderer:
         self._store = Store(self.context, self.contents)
         self._programs: dict[Hashable, Uniforms] = {}
         self._targets: tuple[Hashable, Targets] | None = None
+        self._last: tuple[Scene, Hashable, Plan, View] | None = None
         info = self.context.info
         self.capabilities = Capabilities(info["max_texture_size"], info["max_cube_size"], self.context.is_software)
 
@@ -96,11 +99,10 @@ class Renderer:
             raise ContextError("cannot render: this renderer is released; make a new one")
         self.context.check("render")
         started = time.perf_counter()
-        plan = self.plan(scene, size, quality)
+        plan, view = self._planned(scene, check_size(size), quality_of(quality))
         self._store.begin()
         _ = self.context.gl.error  # what others left behind is theirs
         targets = self._targets_for(plan)
-        view = View(scene, plan, self.contents)
         prepared = time.perf_counter()
         frame = self._draw(scene, plan, view, targets)
         drawn = time.perf_counter()
@@ -125,6 +127,15 @@ class Renderer:
         }
         return Frame(pixels, stats, bottom_up=True)
 
+    def _planned(self, scene: Scene, size: tuple[int, int], quality: Quality) -> tuple[Plan, View]:
+        """The plan, and what follows from it; both of the last frame, where nothing has changed since."""
+        check.instance("scene", scene, Scene)
+        key = size, quality, content_keys(scene)
+        if self._last is None or self._last[0] is not scene or self._last[1] != key:
+            plan = self.plan(scene, size, quality)
+            self._last = scene, key, plan, View(scene, plan, self.contents)
+        return self._last[2:]
+
     def _require_no_error(self) -> None:
         """OpenGL goes on after an error, with black textures and the like; such a frame is none."""
         error = self.context.gl.error
@@ -145,8 +156,8 @@ class Renderer:
     def _draw(self, scene: Scene, plan: Plan, view: View, targets: Targets) -> moderngl.Framebuffer:
         """All samples of the frame; the framebuffer that holds the result."""
         self._bind_textures(scene, plan)
-        draws = [self._surface(scene, plan, i) for i in range(len(plan.surfaces))]
-        sky = self._sky(scene, plan) if plan.sky else None
+        draws = [self._surface(scene, plan, view, i) for i in range(len(plan.surfaces))]
+        sky = self._sky(plan, view) if plan.sky else None
         for number, offset in enumerate(sample_offsets(plan.samples)):
             self._draw_sample(view.at(offset), plan, draws, sky, targets)
             if targets.sum is not None:
@@ -212,12 +223,11 @@ class Renderer:
         if plan.gloss is not None:
             self._store.gloss(scene.environment, plan).use(_GLOSS)
 
-    def _surface(self, scene: Scene, plan: Plan, index: int) -> Draw:
+    def _surface(self, scene: Scene, plan: Plan, view: View, index: int) -> Draw:
         """Program, uniform values, vertices and slopes of one surface."""
         surface, how = scene.surfaces[index], plan.surfaces[index]
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
-        values = surface_uniforms(scene, plan, index, self.contents)
-        values.update(self._environment_values(scene, plan), gloss=_GLOSS, slopes=_SLOPES)
+        values = _SAMPLERS | view.environment | view.surfaces[index]
         slopes = self._store.slopes(surface.bump, plan) if surface.bump is not None and how.has("BUMP") else None
         return uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), slopes
 
@@ -231,13 +241,10 @@ class Renderer:
         repeat = surface.bump.repeat if surface.bump is not None and "texcoord" in attributes else (1.0, 1.0)
         return self._store.mesh(shape, how.segments, attributes, repeat)
 
-    def _sky(self, scene: Scene, plan: Plan) -> Uniforms:
+    def _sky(self, plan: Plan, view: View) -> Uniforms:
         uniforms = self._program("sky.vert", "sky.frag", plan.environment_defines)
-        uniforms.write(self._environment_values(scene, plan))
+        uniforms.write(_SAMPLERS | view.environment)
         return uniforms
-
-    def _environment_values(self, scene: Scene, plan: Plan) -> dict[str, Any]:
-        return {"environment": _ENVIRONMENT} | environment_uniforms(scene.environment, plan, self.contents)
 
     # ------------------------------------------------------------ what is kept between frames
 

@@ -32,6 +32,7 @@ class Uniforms:
         self.program = program
         members = {name: program[name] for name in program}
         self._uniforms = {n: u for n, u in members.items() if isinstance(u, moderngl.Uniform)}
+        self._written: dict[str, Any] = {}
         self._gl = gl
         self._empty: moderngl.VertexArray | None = None
 
@@ -39,7 +40,9 @@ class Uniforms:
         """Set what is there. Matrices (n, n) and rows of vectors are float64 arrays; the rest plain values."""
         for name, value in values.items():
             uniform = self._uniforms.get(name)
-            if uniform is not None:
+            # The very object that was written last is there still.
+            if uniform is not None and self._written.get(name) is not value:
+                self._written[name] = value
                 if isinstance(value, np.ndarray):
                     # OpenGL wants columns one after another; rows of vectors stand so already.
                     columns = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
@@ -66,9 +69,11 @@ class Uniforms:
 
 
 class View:
-    """The camera's matrices for one sample position within the pixels."""
+    """A planned scene's uniforms: values for all samples, and the matrices for one position within the pixels."""
 
     def __init__(self, scene: Scene, plan: Plan, contents: Contents) -> None:
+        self.environment = environment_uniforms(scene.environment, plan, contents)
+        self.surfaces = [surface_uniforms(scene, plan, i, contents) for i in range(len(scene.surfaces))]
         self.scene, self.size = scene, plan.size
         self._view = view_matrix(scene.camera)
         self._projection = projection_matrix(scene.camera, plan.size, *plan.near_far)
@@ -105,16 +110,18 @@ class View:
     def object_from_pixel(self, index: int) -> F64:
         """(3, 3): columns are the changes of the view direction, as surface `index` has it, with a pixel to the right
         and with one up, and the direction at the middle of the picture; of any length."""
-        result = self.scene.surfaces[index].transform.inverse() @ self.world_from_ndc() * (2 / self.size[0], 2 / self.size[1], 1.0)
+        object_from_world = self.scene.surfaces[index].transform.inverse()
+        result = object_from_world @ self.world_from_ndc() * (2 / self.size[0], 2 / self.size[1], 1.0)
         return result / np.abs(result).max()
 
 
 def world_from_object(surface: Surface, contents: Contents) -> F64:
     """(4, 4): from a surface's coordinates as the GPU has them (`Contents.frame`)."""
     origin, unit = contents.frame(surface.shape)
-    local = np.diag([unit, unit, unit, 1.0])
-    local[:3, 3] = origin
-    return surface.transform.matrix() @ local
+    result = surface.transform.matrix().copy()
+    result[:3, 3] += result[:3, :3] @ origin
+    result[:3, :3] *= unit
+    return result
 
 
 def sky_uniforms(view: View) -> dict[str, Any]:
