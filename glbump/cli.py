@@ -345,20 +345,23 @@ def doctor(session: Session, stability: bool, as_json: bool) -> None:
 
 def _stability(session: Session, as_json: bool) -> None:
     from glbump.gl.context import open_context
-    from glbump.glsltest.stability import report, text
+    from glbump.gl.stability import Row, stability_report, stability_text
+    from glbump.glsltest.stability import report
 
     with open_context() as context, progress("trying the extremes", shown=not session.quiet):
-        measured = report(context)
+        formulas = [Row(m.extreme.name, m.naive, m.used, m.extreme.bound, m.extreme.unit) for m in report(context)]
+        rows = formulas + stability_report(context)
     if as_json:
-        found = [
-            {"name": m.extreme.name, "naive": m.naive, "glbump": m.used, "bound": m.extreme.bound, "holds": m.holds}
-            for m in measured
-        ]
-        # An infinite error is no JSON number.
-        _print_json([{k: None if v == float("inf") else v for k, v in one.items()} for one in found])
+        # An infinite error is no JSON number: null.
+        _print_json(
+            [
+                {"name": r.name, "naive": r.naive, "glbump": r.used, "bound": r.bound, "unit": r.unit, "holds": r.holds}
+                for r in rows
+            ]
+        )
     else:
-        click.echo(text(measured))
-    if not all(m.holds for m in measured):
+        click.echo(stability_text(rows))
+    if not all(row.holds for row in rows):
         click.get_current_context().exit(1)
 
 
