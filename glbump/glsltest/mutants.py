@@ -218,10 +218,11 @@ class Outcome:
             lines.append(f"survived: {mutant}" + (f" [{reason}]" if reason else " [not explained]"))
         lines += [f"survived: {mutant} [no test calls it]" for mutant in self.untested]
         alive = self.survived + self.untested
+        seeded = {mutant.file for mutant in [*self.killed, *alive]}
         lines += [
             f"explained, but killed or gone: {k.file}: {k.function}: {k.change}"
             for k in notes
-            if not any(k.explains(m) for m in alive)
+            if k.file in seeded and not any(k.explains(m) for m in alive)
         ]
         return lines
 
