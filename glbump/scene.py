@@ -283,14 +283,14 @@ class Procedural(_Environment):
 class Sky(Procedural):
     """The lecture's simple environment: up is one colour, down another, and a soft horizon between.
 
-    up, down: linear rgb. softness: degrees above the horizon at which 85 % of the change from down to up is done.
+    up, down: linear rgb. softness: degrees above the horizon at which some 85 % of the change from down to up is done.
     The rest as in LatLong.
     """
 
     kind: ClassVar[str] = "sky"
-    up: Vec3 = (0.18, 0.38, 0.85)
-    down: Vec3 = (0.20, 0.12, 0.06)
-    softness: float = 6.0
+    up: Vec3 = (0.10, 0.26, 0.72)
+    down: Vec3 = (0.13, 0.07, 0.03)
+    softness: float = 15.0
     rotation: float = 0.0
     exposure: float = 0.0
     lookup: str = "reflection"

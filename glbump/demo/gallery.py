@@ -13,7 +13,7 @@ from glbump.camera import Camera
 from glbump.demo import knot, letters, panorama, relief
 from glbump.errors import SceneError, unknown
 from glbump.maps.files import write_atomically, write_display, write_picture
-from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
+from glbump.scene import Bump, Chrome, CubeMap, Fractal, LatLong, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Sphere, Torus, Transform
 
 CHROME = Material(metallic=1, roughness=0)
@@ -55,6 +55,21 @@ def _golf_ball(maps: Path) -> Scene:
     material = Material(base_color=(0.86, 0.86, 0.84), roughness=0.25)
     bump = Bump(maps / "dimples.exr", amplitude=0.035, repeat=(3.0, 1.5))
     return Scene([Surface(Sphere(), material, bump)], _evening(maps), Camera(eye=(0, 0.25, 3.5), fov=45))
+
+
+def _simple(maps: Path) -> Scene:
+    surface = Surface(MeshFile(maps / "knot.obj"), CHROME, transform=Transform(rotate=(0, -18, 0)))
+    return Scene([surface], camera=Camera(eye=(0, 0.3, 4.0), fov=45))
+
+
+def _medium(maps: Path) -> Scene:
+    turned = Transform(rotate=(58, 0, 14))
+    return Scene([Surface(Torus(1.0, 0.42), CHROME, None, turned)], Chrome(), Camera(eye=(0, 0.2, 4.2), fov=45))
+
+
+def _complex(maps: Path) -> Scene:
+    camera = Camera(eye=(0, 0.15, 5.2), target=(0, 0.45, 0), fov=38)
+    return Scene([Surface(Sphere(), CHROME)], Fractal(seed=3), camera)
 
 
 def _brick_torus(maps: Path) -> Scene:
@@ -148,6 +163,9 @@ EXHIBITS = (
     Exhibit("brick-ball", "Heights of bricks on a chrome ball: the normals are bent, the outline stays", _brick_ball),
     Exhibit("mirror-ball", "A mirror: each pixel is the environment along the reflection vector", _mirror_ball),
     Exhibit("normal-lookup", "The same ball, looked up by its normal instead", _normal_lookup),
+    Exhibit("simple", "An environment that is computed: up is blue, down is brown", _simple),
+    Exhibit("medium", "Computed: sinusoids between grey and silver make chrome", _medium),
+    Exhibit("complex", "Computed: each reflected ray is intersected with a fractal landscape", _complex, (960, 540)),
     Exhibit("brick-torus", "A ring of gold bricks", _brick_torus),
     Exhibit("quilted-cube", "A normal map on a cube of anodised metal", _quilted_cube),
     Exhibit("trefoil", "A mesh file: a knot of woven copper", _trefoil),

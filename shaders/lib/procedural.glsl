@@ -14,7 +14,7 @@ float footprint_reach(vec3 ddx, vec3 ddy) {
     return 0.5 * length(vec2(ddx.y, ddy.y));
 }
 
-// The simple one: `up` above, `down` below; at the height `softness` (sine of the elevation) 85 % of the way.
+// The simple one: `up` above, `down` below; at the height `softness` (sine of the elevation) some 85 % of the way.
 vec3 sky_radiance(vec3 dir_env, vec3 ddx, vec3 ddy, vec3 up, vec3 down, float softness) {
     float side = soft_sign(dir_env.y, footprint_reach(ddx, ddy), softness) * length(vec2(1.0, softness));
     return mix(down, up, 0.5 + 0.5 * clamp(side, -1.0, 1.0));
