@@ -39,6 +39,9 @@ def scenes(folder: Path) -> list[gb.Scene]:
         gb.LatLong(colour),
         gb.LatLong(colour, lookup="normal", background=False),
         gb.CubeMap(np.broadcast_to(colour[:, :8], (6, 8, 8, 3)).copy(), rotation=30),
+        gb.Sky(),
+        gb.Chrome(exposure=1),
+        gb.Fractal(steps=8),
     ]
     turn = itertools.cycle(itertools.product(places, environments))
     made = []
