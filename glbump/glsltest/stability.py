@@ -74,22 +74,6 @@ def measure_one(glsl: Glsl, extreme: Extreme) -> Measured:
     return Measured(extreme, _error(naive, want, extreme.relative), _error(used, want, extreme.relative))
 
 
-def table(measured: list[Measured]) -> list[tuple[str, ...]]:
-    """Rows of text, headings first: the case, the naive error, glbump's, its bound with the unit, and a verdict."""
-    made: list[tuple[str, ...]] = [("extreme", "naive", "glbump", "bound", "")]
-    for m in measured:
-        shown = [f"{x:.2g}" for x in (m.naive, m.used, m.extreme.bound)]
-        made.append((m.extreme.name, *shown[:2], f"{shown[2]} {m.extreme.unit}", "holds" if m.holds else "BROKEN"))
-    return made
-
-
-def text(measured: list[Measured]) -> str:
-    """The table, its columns aligned."""
-    rows = table(measured)
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
-    return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
-
-
 def report(context: Context) -> list[Measured]:
     """All cases on one context: what `glbump doctor --stability` prints."""
     with Glsl(context) as glsl:

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from glbump.glsltest import inputs
-from glbump.glsltest.stability import EXTREMES
 
 from .test_plugin import run
 
@@ -47,8 +46,3 @@ def test_what_it_names_is_there(tmp_path: Path) -> None:
     section = DOCS.split("## Rows that find bugs")[1].split("##")[0]
     for name in re.findall(r"`([a-z_]+)`", section.split("strategies")[0]):
         assert hasattr(inputs, name), name
-
-
-def test_the_table_of_extremes_is_whole() -> None:
-    for extreme in EXTREMES:
-        assert f"\n{extreme.name}  " in DOCS, extreme.name
