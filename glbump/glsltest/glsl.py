@@ -27,7 +27,7 @@ from glbump.glsltest.runners import RUNNERS, Arena, Runner
 from glbump.glsltest.watch import Watch
 from glbump.glsltest.wrapper import BACKENDS, Plan
 
-KEPT_PROGRAMS = 256
+KEPT_PROGRAMS = KEPT_MODULES = 256
 LOOP_LIMIT = 50_000
 
 
@@ -99,6 +99,8 @@ class Glsl:
         values = [(name, np.asarray(value).tobytes()) for name, value in (uniforms or {}).items()]
         key = (resolved.text, resolved.lines, repr(constants), tuple(values), loop_limit)
         if key not in self._modules:
+            while len(self._modules) >= KEPT_MODULES:
+                self._modules.pop(next(iter(self._modules)))
             self._modules[key] = Module(
                 self, resolved, dict(constants or {}), dict(uniforms or {}), loop_limit, version is not None
             )

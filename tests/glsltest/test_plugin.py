@@ -123,3 +123,44 @@ def test_collecting_opens_no_context(tmp_path: Path) -> None:
     text = "import sys\ndef test_a(glsl): pass\ndef test_modules():\n    assert 'moderngl' not in sys.modules\n"
     status, said = run(tmp_path, text, "-k", "modules")
     assert status == 0, said
+
+
+def test_coverage_in_the_terminal_as_lcov_and_as_a_limit(tmp_path: Path) -> None:
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "a.glsl").write_text("float a(float x) { return x > 0.0 ? 1.0 : 2.0; }\n")
+    (tmp_path / "lib" / "b.glsl").write_text("float b(float x) { return x; }\n")
+    text = "def test_a(glsl):\n    assert glsl('lib/a.glsl').a(1.0) == 1\n"
+    status, said = run(tmp_path, text, "--glsl-cov=lib", "--glsl-cov-lcov=out.lcov")
+    assert status == 0, said
+    assert "never ran: lib/a.glsl:1:43: ? false\n" in said
+    assert "never ran: lib/b.glsl:1:1: function b\n" in said
+    assert (tmp_path / "out.lcov").read_text().count("end_of_record") == 2
+    status, said = run(tmp_path, text, "--glsl-cov=lib", "--glsl-cov-min=60")
+    assert status == 1
+    assert "50.0 % ran: less than --glsl-cov-min=60" in said
+    status, said = run(tmp_path, text.replace("(1.0) == 1", "([1.0, -1.0])[1] == 2"), "--glsl-cov-min=100")
+    assert status == 0, said
+    status, said = run(tmp_path, text, "--glsl-cov=nowhere")
+    assert status == 4
+    assert "--glsl-cov: nowhere is no folder" in said
+
+
+def test_hypothesis_and_the_fixture(tmp_path: Path) -> None:
+    """The fixture lives as long as the session, so that Hypothesis has nothing against it; what fails is one row."""
+    text = """
+import numpy as np
+from hypothesis import given, settings
+from glbump.glsltest import strategies
+
+@settings(max_examples=100, database=None)
+@given(rows=strategies.rows(strategies.unit_vectors()))
+def test_up(glsl, ulp, rows):
+    f = glsl("float up(vec3 d) { return d.y > 0.5 ? d.y : d.y + step(0.25, d.x); }").up
+    ulp.assert_close(f(rows[0]), rows[0][:, 1])
+"""
+    (tmp_path / "test_theirs.py").write_text(text)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_theirs.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert "up: 1 of 1 rows differ by more than nothing" in done.stdout
+    assert "FailedHealthCheck" not in done.stdout
