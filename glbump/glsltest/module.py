@@ -218,7 +218,7 @@ class Function:
             for a in (placed[i] for i in plan.samplers)
         ]
         rows = rows_of(plan, placed)
-        result = overload.run(rows, samplers, wanted)
+        result = overload.run(rows, samplers, backend)
         overload.learn(arguments, rows, wanted)
         return result
 
@@ -308,8 +308,8 @@ class Overload:
         remember(result, Call(self.plan, last.lead, arguments))
         return result
 
-    def run(self, rows: Rows, samplers: list[Sampler], wanted: str) -> Any:
-        """Call for all rows; returns what the caller gets."""
+    def run(self, rows: Rows, samplers: list[Sampler], wanted: str | None) -> Any:
+        """Call for all rows; returns what the caller gets. wanted: the way to run, where this call names one."""
         quads = self.derives or (self.implicit_level and any(s.has_levels for s in samplers))
         if quads and rows.lead[-2:] != (2, 2):
             said = "takes screen derivatives: rows of shape (..., 2, 2), [y, x] in a quad"
@@ -370,14 +370,16 @@ class Overload:
             f"{self.module.loop_limit} iterations; mend it, or load with a larger loop_limit="
         )
 
-    def _backend(self, quads: bool, wanted: str) -> str:
-        if wanted not in ("auto", *BACKENDS):
-            raise ShaderError(unknown("backend", wanted, ("auto", *BACKENDS)))
+    def _backend(self, quads: bool, wanted: str | None) -> str:
+        """The way to run: what the call wants, else what `glsl` prefers and the function allows."""
+        way = wanted or self.module.glsl.backend
+        if way not in ("auto", *BACKENDS):
+            raise ShaderError(unknown("backend", way, ("auto", *BACKENDS)))
         compute = self.module.glsl.context.gl.version_code >= 430
-        if wanted == "auto":
-            return "fragment" if quads else "compute" if compute else "feedback"
-        if quads and wanted != "fragment":
+        if quads and wanted not in (None, "auto", "fragment"):
             raise ShaderError(f"{self.signature} takes screen derivatives: {wanted!r} has none; use 'fragment'")
-        if wanted == "compute" and not compute:
+        if quads:
+            return "fragment"
+        if way == "compute" and not compute:
             raise ShaderError("backend 'compute' needs OpenGL 4.3; use 'feedback'")
-        return wanted
+        return ("compute" if compute else "feedback") if way == "auto" else way

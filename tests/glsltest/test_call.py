@@ -113,15 +113,20 @@ def test_bits_come_back_as_they_went(glsl: Glsl, backend: str) -> None:
 
 
 def test_three_ways_give_the_same_bits(glsl: Glsl, context: Context) -> None:
-    """20,000 rows of sines, roots, divisions and products, denormals and infinities among them."""
-    text = "vec3 f(vec3 a, float b) { return sin(a) * sqrt(abs(b)) / (a.yzx + b) - inversesqrt(abs(a.zxy)); }"
+    """20,000 rows of sines, roots, divisions and products, denormals and infinities among them.
+
+    Denormal results aside: llvmpipe keeps them in compute shaders, and makes them zero in all others.
+    """
+    text = "vec3 f(vec3 a, float b) { return sin(a) * sqrt(abs(b)) / (a.yzx + b) - inversesqrt(abs(a.zxy)) * b; }"
     a = rng.normal(size=(20_000, 3)).astype(np.float32)
     b = np.resize(inputs.floats(nonfinite=True), 20_000)
     ways = [w for w in BACKENDS if w != "compute" or context.gl.version_code >= 430]
     first, *others = [glsl(text).f(a, b, backend=way) for way in ways]
     for other in others:
         assert np.array_equal(np.isnan(first), np.isnan(other))
-        assert np.array_equal(first.view(np.uint32)[~np.isnan(first)], other.view(np.uint32)[~np.isnan(other)])
+        normal = ~np.isnan(first) & (np.maximum(np.abs(first), np.abs(other)) >= 2.0**-126)
+        assert normal.mean() > 0.9
+        assert np.array_equal(first.view(np.uint32)[normal], other.view(np.uint32)[normal])
 
 
 def test_rows_broadcast_and_keep_their_shape(glsl: Glsl, backend: str) -> None:
@@ -370,3 +375,11 @@ def test_calls_like_the_last_one_see_their_own_numbers(glsl: Glsl) -> None:
         assert module.turned(np.array([flag])).tolist() == [not flag]
     assert module.one([1, 2]).tolist() == [-1, -2]
     assert module.one(np.float64([1, 2])).tolist() == [-1, -2]
+
+
+def test_functions_with_derivatives_run_whatever_way_is_preferred(context: Context) -> None:
+    """--glsl-backend is for what can run in any way; only a call that names another way is refused."""
+    for way in BACKENDS:
+        with Glsl(context, backend=way) as made:
+            f = made.load("float f_screen(float x) { return dFdx(x); }").f_screen
+            assert f([[1.0, 3.0], [1.0, 3.0]]).tolist() == [[2, 2], [2, 2]]
