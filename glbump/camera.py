@@ -52,9 +52,7 @@ class Camera(check.Frozen):
             if value is not None:
                 self._store(**{name: check.length(f"camera.{name}", value)})
         if self.near is not None and self.far is not None and self.far <= self.near:
-            raise SceneError(
-                f"camera.far must be greater than camera.near; got near {self.near:g}, far {self.far:g}"
-            )
+            raise SceneError(f"camera.far must be greater than camera.near; got near {self.near:g}, far {self.far:g}")
         look = np.subtract(self.target, self.eye)
         if not np.any(look):
             raise SceneError(f"camera.target must differ from camera.eye; got {self.eye} for both")
@@ -73,9 +71,7 @@ def _axes(camera: Camera) -> Floats:
 
     look = np.subtract(camera.target, camera.eye)
     up = np.array(camera.up)
-    turn = matrix44.create_look_at(
-        np.zeros(3), look / np.abs(look).max(), up / np.abs(up).max(), dtype=np.float64
-    )
+    turn = matrix44.create_look_at(np.zeros(3), look / np.abs(look).max(), up / np.abs(up).max(), dtype=np.float64)
     axes = np.asarray(turn[:3, :3].T, dtype=np.float64)
     axes.flags.writeable = False
     return axes
@@ -102,9 +98,7 @@ def projection_matrix(camera: Camera, size: tuple[int, int], near: float, far: f
     from pyrr import matrix44
 
     if camera.projection == "perspective":
-        result: Any = matrix44.create_perspective_projection(
-            camera.fov, size[0] / size[1], near, far, dtype=np.float64
-        )
+        result: Any = matrix44.create_perspective_projection(camera.fov, size[0] / size[1], near, far, dtype=np.float64)
     else:
         x, y = _half_extent(camera, size)
         result = matrix44.create_orthogonal_projection(-x, x, -y, y, near, far, dtype=np.float64)
@@ -115,9 +109,7 @@ _MARGIN = 1e-3
 """Share by which derived near and far lie outside what is there, so that rounding clips nothing."""
 
 
-def near_far(
-    camera: Camera, bounds_world: npt.ArrayLike, size: tuple[int, int] | None = None
-) -> tuple[float, float]:
+def near_far(camera: Camera, bounds_world: npt.ArrayLike, size: tuple[int, int] | None = None) -> tuple[float, float]:
     """Distances of the clip planes along the view, near < far: the camera's own, or derived from the scene.
 
     bounds_world: (N, 2, 3) boxes, lowest and highest corner. near is above 0 for a perspective camera.

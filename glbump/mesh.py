@@ -202,9 +202,7 @@ def _icosphere_points(f: int) -> Floats:
     weight = np.sin(np.arange(f + 1) / f * edge * _STRETCH)
     i, j = np.arange(1, f + 1)[:, None], np.arange(f)[None, :]
     far = i + j - f
-    share = np.stack(
-        [np.maximum(-far, 0), np.minimum(i, f - j), np.maximum(far, 0), np.minimum(j, f - i)], -1
-    )
+    share = np.stack([np.maximum(-far, 0), np.minimum(i, f - j), np.maximum(far, 0), np.minimum(j, f - i)], -1)
     w = weight[share].reshape(f * f, 4)
     # All rhombi are congruent: the length of one's points is that of all.
     w /= np.linalg.norm(w @ rhombi[0], axis=1, keepdims=True)

@@ -78,9 +78,7 @@ class Quality(check.Frozen):
 
     def __post_init__(self) -> None:
         check.choice("quality", self.preset, PRESETS)
-        values = {
-            k: v if getattr(self, k) is None else getattr(self, k) for k, v in PRESETS[self.preset].items()
-        }
+        values = {k: v if getattr(self, k) is None else getattr(self, k) for k, v in PRESETS[self.preset].items()}
         samples = check.integer("quality.samples", values["samples"], least=1, most=4096)
         if round(samples**0.5) ** 2 != samples:
             raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {samples}")

@@ -168,7 +168,7 @@ def _text(file: Path) -> str:
         line = content.count(b"\n", 0, why.start) + 1
         raise SceneError(f"line {line} is not UTF-8 text; save the file as UTF-8") from None
     if not text.strip():
-        raise SceneError('is empty; a scene needs at least a [[surface]] or an [environment]')
+        raise SceneError("is empty; a scene needs at least a [[surface]] or an [environment]")
     return text
 
 

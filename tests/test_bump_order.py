@@ -99,7 +99,7 @@ def test_a_slope_tilts_by_its_arc_tangent(tilt: float) -> None:
 
 def test_orthogonal_gradient_agrees_where_it_may_be_used() -> None:
     rng = np.random.default_rng(1)
-    u, v, n, pu, pv, *_ = _torus()
+    u, _, n, pu, pv, *_ = _torus()
     slope = rng.normal(size=(len(u), 2))
     expected = bump.surface_gradient(n, pu, pv, slope)
     assert np.abs(bump.orthogonal_gradient(pu, pv, slope) - expected).max() < 1e-12

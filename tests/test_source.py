@@ -18,8 +18,7 @@ def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (root / "lib" / "a.glsl").write_text("float a() { return 1.0; }\n")
     (root / "lib" / "b.glsl").write_text('#include "lib/a.glsl"\nfloat b() { return a(); }\n')
     (root / "top.frag").write_text(
-        'out vec4 colour;\n#include "lib/b.glsl"\n#include "lib/a.glsl"\n'
-        "void main() {\n    colour = vec4(b());\n}\n"
+        'out vec4 colour;\n#include "lib/b.glsl"\n#include "lib/a.glsl"\nvoid main() {\n    colour = vec4(b());\n}\n'
     )
     monkeypatch.setenv("GLBUMP_SHADERS", str(root))
     return root
@@ -55,9 +54,7 @@ def test_includes_in_comments_are_not_includes(shaders: Path) -> None:
 
 def test_a_cycle_prints_its_chain(shaders: Path) -> None:
     (shaders / "lib" / "a.glsl").write_text('#include "lib/b.glsl"\n')
-    with pytest.raises(
-        ShaderError, match=r"lib/a.glsl:1: .*shaders/lib/b.glsl -> shaders/lib/a.glsl -> shaders/lib/b"
-    ):
+    with pytest.raises(ShaderError, match=r"lib/a.glsl:1: .*shaders/lib/b.glsl -> shaders/lib/a.glsl -> shaders/lib/b"):
         resolve("top.frag")
 
 
@@ -90,9 +87,7 @@ def test_a_source_that_is_no_text(shaders: Path) -> None:
         resolve("top.frag")
 
 
-@pytest.mark.parametrize(
-    ("text", "said"), [("#if 1\n", "without #endif"), ("\n#endif\n", "inline:2: #endif")]
-)
+@pytest.mark.parametrize(("text", "said"), [("#if 1\n", "without #endif"), ("\n#endif\n", "inline:2: #endif")])
 def test_unbalanced_conditions(shaders: Path, text: str, said: str) -> None:
     with pytest.raises(ShaderError, match=said):
         resolve(text=text)
