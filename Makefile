@@ -43,4 +43,4 @@ test-libraries: $(VENV)/.ready-demo
 clean: ## remove the environment and everything that was built
 	rm -rf $(VENV) .venv-ci .venv-wheel build dist out
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find glbump tests demos tools -name __pycache__ -type d -prune -exec rm -rf {} +
+	find glbump tests benchmarks demos tools -name __pycache__ -type d -prune -exec rm -rf {} +
