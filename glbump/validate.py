@@ -27,23 +27,21 @@ def number(
     most: float | None = None,
 ) -> float:
     """`value` as a finite float: greater than `above`, within [`least`, `most`]; SceneError otherwise."""
-    limits = (("above", above), ("at least", least), ("at most", most))
-    bounds = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
-    allowed = " ".join(["a finite number", " and ".join(bounds)]).strip()
-    # What float() would take all the same.
-    if isinstance(value, bool | str | bytes) or getattr(value, "ndim", None):
-        raise _refusal(what, allowed, value)
     try:
-        result = float(value)
+        # float() would take the first three all the same.
+        refused = isinstance(value, bool | str | bytes) or bool(getattr(value, "ndim", None))
+        result = math.nan if refused else float(value)
     except (TypeError, ValueError, OverflowError):
-        raise _refusal(what, allowed, value) from None
+        result = math.nan
     if (
         not math.isfinite(result)
         or (above is not None and result <= above)
         or (least is not None and result < least)
         or (most is not None and result > most)
     ):
-        raise _refusal(what, allowed, value)
+        limits = (("above", above), ("at least", least), ("at most", most))
+        bounds = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
+        raise _refusal(what, " ".join(["a finite number", " and ".join(bounds)]).strip(), value)
     return result
 
 

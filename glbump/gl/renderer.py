@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Hashable
+from dataclasses import dataclass
 from typing import Any
 
 import moderngl
@@ -11,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump import validate as check
-from glbump.camera import sample_offsets
 from glbump.contents import Contents, content_keys
 from glbump.errors import ContextError, LimitError
 from glbump.frame import Frame
@@ -20,8 +20,8 @@ from glbump.gl.program import build_program
 from glbump.gl.source import resolve
 from glbump.gl.targets import Targets
 from glbump.gl.textures import Store
-from glbump.gl.uniforms import Uniforms, View, sky_uniforms
-from glbump.plan import BY_PIXEL, GLOSSY, MESH, Capabilities, Plan, make_plan
+from glbump.gl.uniforms import Sample, Uniforms, View
+from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan
 from glbump.quality import Quality, quality_of
 from glbump.scene import Procedural, Scene, check_size
 from glbump.shapes import MeshFile
@@ -32,8 +32,33 @@ _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
 _ENVIRONMENT, _SLOPES, _GLOSS, _FRAME = range(4)
 _SAMPLERS = {"environment": _ENVIRONMENT, "slopes": _SLOPES, "gloss": _GLOSS}
 
-Draw = tuple[Uniforms, dict[str, Any], moderngl.VertexArray, moderngl.Texture | None]
-"""Program, uniform values, vertices, and the slopes of the bumps if it has any."""
+
+@dataclass(frozen=True)
+class Draw:
+    """One surface, or the sky: its program with the values of uniforms, its vertices, the slopes of its bumps."""
+
+    uniforms: Uniforms
+    values: dict[str, Any]
+    vertices: moderngl.VertexArray
+    slopes: moderngl.Texture | None = None
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scene made ready to be drawn: its plan, and all that follows from it.
+
+    key: of the size, the quality and the contents that it was made for; freed: of the store, then.
+    """
+
+    scene: Scene
+    key: Hashable
+    plan: Plan
+    view: View
+    textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]]
+    draws: list[Draw]
+    sky: Draw | None
+    stats: dict[str, Any]
+    freed: int
 
 
 class Renderer:
@@ -52,7 +77,8 @@ class Renderer:
         self._store = Store(self.context, self.contents)
         self._programs: dict[Hashable, Uniforms] = {}
         self._targets: tuple[Hashable, Targets] | None = None
-        self._last: tuple[Scene, Hashable, Plan, View] | None = None
+        self._last: Prepared | None = None
+        self._flush = self.context.native.entry("glFlush")
         info = self.context.info
         self.capabilities = Capabilities(info["max_texture_size"], info["max_cube_size"], self.context.is_software)
 
@@ -78,6 +104,7 @@ class Renderer:
         if self._targets is not None:
             self._targets[1].release()
             self._targets = None
+        self._last = None
         self._store.release()
         for uniforms in self._programs.values():
             uniforms.release()
@@ -99,42 +126,55 @@ class Renderer:
             raise ContextError("cannot render: this renderer is released; make a new one")
         self.context.check("render")
         started = time.perf_counter()
-        plan, view = self._planned(scene, check_size(size), quality_of(quality))
-        self._store.begin()
         _ = self.context.gl.error  # what others left behind is theirs
-        targets = self._targets_for(plan)
+        ready = self._prepared(scene, check_size(size), quality_of(quality))
+        targets = self._targets_for(ready.plan)
         prepared = time.perf_counter()
-        frame = self._draw(scene, plan, view, targets)
+        frame = self._draw(ready, targets)
+        self._flush()
         drawn = time.perf_counter()
-        pixels = _read(frame, plan)
+        stats = ready.stats | {"plan": dict(ready.stats["plan"])}
+        pixels = _read(frame, ready.plan)
         self._require_no_error()
+        stats["ms"] = {
+            "plan and upload": 1e3 * (prepared - started),
+            "submit": 1e3 * (drawn - prepared),
+            # The GPU works while Python goes on, so its time shows up in the read-back.
+            "finish and read back": 1e3 * (time.perf_counter() - drawn),
+        }
+        return Frame(pixels, stats, bottom_up=True)
+
+    def _prepared(self, scene: Scene, size: tuple[int, int], quality: Quality) -> Prepared:
+        """The scene made ready to be drawn, or what the last frame left so, where nothing has changed since."""
+        check.instance("scene", scene, Scene)
+        last, key = self._last, (size, quality, content_keys(scene))
+        if last is not None and last.scene is scene and last.key == key and last.freed == self._store.freed:
+            return last
+        plan = self.plan(scene, size, quality)
+        view = View(scene, plan, self.contents)
+        self._store.begin()
+        textures = self._textures(scene, plan)
+        draws = [self._surface(scene, plan, view, i) for i in range(len(plan.surfaces))]
+        sky = self._sky(plan, view) if plan.sky else None
         self._store.trim()
-        stats = {
+        stats = self._stats(scene, plan, draws)
+        self._last = Prepared(scene, key, plan, view, textures, draws, sky, stats, self._store.freed)
+        return self._last
+
+    def _stats(self, scene: Scene, plan: Plan, draws: list[Draw]) -> dict[str, Any]:
+        """All that is known before the frame is drawn."""
+        meshes = [s.shape for s in scene.surfaces if isinstance(s.shape, MeshFile)]
+        return {
             "backend": self.context.backend,
             "renderer": self.context.info["renderer"],
             "version": self.context.info["version"],
             "plan": {choice.what: choice.value for choice in plan.choices},
             "explain": plan.explain(),
-            # The GPU works while Python goes on, so its time shows up in the read-back.
-            "ms": {
-                "plan": 1e3 * (prepared - started),
-                "upload and submit": 1e3 * (drawn - prepared),
-                "finish and read back": 1e3 * (time.perf_counter() - drawn),
-            },
             "bytes": self._store.bytes,
-            "notes": self._notes(scene),
-            "triangles": sum(self._mesh(scene, plan, i).indices.size // 12 for i in range(len(plan.surfaces))),
+            # What was found and mended while reading mesh files.
+            "notes": [f"{shape.path}: {note}" for shape in meshes for note in self.contents.mesh(shape).notes],
+            "triangles": sum(draw.vertices.vertices for draw in draws) // 3,
         }
-        return Frame(pixels, stats, bottom_up=True)
-
-    def _planned(self, scene: Scene, size: tuple[int, int], quality: Quality) -> tuple[Plan, View]:
-        """The plan, and what follows from it; both of the last frame, where nothing has changed since."""
-        check.instance("scene", scene, Scene)
-        key = size, quality, content_keys(scene)
-        if self._last is None or self._last[0] is not scene or self._last[1] != key:
-            plan = self.plan(scene, size, quality)
-            self._last = scene, key, plan, View(scene, plan, self.contents)
-        return self._last[2:]
 
     def _require_no_error(self) -> None:
         """OpenGL goes on after an error, with black textures and the like; such a frame is none."""
@@ -146,57 +186,44 @@ class Renderer:
             raise LimitError("the driver's memory does not hold this scene; give smaller pictures, or a smaller size")
         raise ContextError(f"OpenGL refused a part of this frame ({error}); please report it with the scene")
 
-    def _notes(self, scene: Scene) -> list[str]:
-        """What was found and mended while reading mesh files."""
-        meshes = [s.shape for s in scene.surfaces if isinstance(s.shape, MeshFile)]
-        return [f"{shape.path}: {note}" for shape in meshes for note in self.contents.mesh(shape).notes]
-
     # ------------------------------------------------------------ drawing
 
-    def _draw(self, scene: Scene, plan: Plan, view: View, targets: Targets) -> moderngl.Framebuffer:
+    def _draw(self, ready: Prepared, targets: Targets) -> moderngl.Framebuffer:
         """All samples of the frame; the framebuffer that holds the result."""
-        self._bind_textures(scene, plan)
-        draws = [self._surface(scene, plan, view, i) for i in range(len(plan.surfaces))]
-        sky = self._sky(plan, view) if plan.sky else None
-        for number, offset in enumerate(sample_offsets(plan.samples)):
-            self._draw_sample(view.at(offset), plan, draws, sky, targets)
+        for texture, unit in ready.textures:
+            texture.use(unit)
+        samples = ready.plan.samples
+        for number in range(samples):
+            self._draw_sample(ready, ready.view.sample(number), targets)
             if targets.sum is not None:
-                self._fullscreen("accumulate.frag", targets.one, targets.sum, 1.0 / plan.samples, add=number > 0)
+                self._fullscreen("accumulate.frag", targets.one, targets.sum, 1.0 / samples, add=number > 0)
         if targets.straight is not None and targets.sum is not None:
             self._fullscreen("straight.frag", targets.sum, targets.straight)
             return targets.straight
         return targets.sum or targets.one
 
-    def _draw_sample(
-        self,
-        view: View,
-        plan: Plan,
-        draws: list[Draw],
-        sky: Uniforms | None,
-        targets: Targets,
-    ) -> None:
+    def _draw_sample(self, ready: Prepared, sample: Sample, targets: Targets) -> None:
         gl = self.context.gl
         targets.begin_sample()
         gl.enable_only(moderngl.DEPTH_TEST)
         gl.depth_func = "<="
-        for i, (uniforms, values, vertices, slopes) in enumerate(draws):
-            if slopes is not None:
-                slopes.use(_SLOPES)
-            if plan.surfaces[i].cull:
+        for i, draw in enumerate(ready.draws):
+            if draw.slopes is not None:
+                draw.slopes.use(_SLOPES)
+            if ready.plan.surfaces[i].cull:
                 gl.enable(moderngl.CULL_FACE)
             else:
                 gl.disable(moderngl.CULL_FACE)
-            gl.front_face = "cw" if view.mirrored[i] else "ccw"
-            uniforms.write(values)
-            uniforms.write({"clip_from_object": view.clip_from_object(i)})
-            if plan.surfaces[i].has("DIRECTION") == BY_PIXEL:
-                uniforms.write({"object_from_pixel": view.object_from_pixel(i)})
-            vertices.render()
+            gl.front_face = "cw" if ready.view.mirrored[i] else "ccw"
+            draw.uniforms.write(draw.values)
+            draw.uniforms.write(sample.surfaces[i])
+            draw.vertices.render()
         gl.front_face = "ccw"
-        if sky is not None:
+        if ready.sky is not None:
             gl.disable(moderngl.CULL_FACE)
-            sky.write(sky_uniforms(view))
-            sky.vertices.render(vertices=3)
+            ready.sky.uniforms.write(ready.sky.values)
+            ready.sky.uniforms.write(sample.sky)
+            ready.sky.vertices.render(vertices=3)
 
     def _fullscreen(
         self,
@@ -216,20 +243,22 @@ class Renderer:
         uniforms.write({"sample_picture": _FRAME, "premultiplied": _FRAME, "weight": weight})
         uniforms.vertices.render(vertices=3)
 
-    def _bind_textures(self, scene: Scene, plan: Plan) -> None:
+    def _textures(self, scene: Scene, plan: Plan) -> list[tuple[moderngl.Texture | moderngl.TextureCube, int]]:
+        """What all surfaces share, each with its unit."""
+        textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]] = []
         mirrors = any(s.has("LIGHT") != GLOSSY for s in plan.surfaces)
         if (plan.sky or mirrors) and not isinstance(scene.environment, Procedural):
-            self._store.environment(scene.environment, plan).use(_ENVIRONMENT)
+            textures.append((self._store.environment(scene.environment, plan), _ENVIRONMENT))
         if plan.gloss is not None:
-            self._store.gloss(scene.environment, plan).use(_GLOSS)
+            textures.append((self._store.gloss(scene.environment, plan), _GLOSS))
+        return textures
 
     def _surface(self, scene: Scene, plan: Plan, view: View, index: int) -> Draw:
-        """Program, uniform values, vertices and slopes of one surface."""
         surface, how = scene.surfaces[index], plan.surfaces[index]
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
         values = _SAMPLERS | view.environment | view.surfaces[index]
         slopes = self._store.slopes(surface.bump, plan) if surface.bump is not None and how.has("BUMP") else None
-        return uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), slopes
+        return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), slopes)
 
     def _mesh(self, scene: Scene, plan: Plan, index: int) -> Any:
         how = plan.surfaces[index]
@@ -241,10 +270,9 @@ class Renderer:
         repeat = surface.bump.repeat if surface.bump is not None and "texcoord" in attributes else (1.0, 1.0)
         return self._store.mesh(shape, how.segments, attributes, repeat)
 
-    def _sky(self, plan: Plan, view: View) -> Uniforms:
+    def _sky(self, plan: Plan, view: View) -> Draw:
         uniforms = self._program("sky.vert", "sky.frag", plan.environment_defines)
-        uniforms.write(_SAMPLERS | view.environment)
-        return uniforms
+        return Draw(uniforms, _SAMPLERS | view.environment, uniforms.vertices)
 
     # ------------------------------------------------------------ what is kept between frames
 

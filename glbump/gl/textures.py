@@ -64,7 +64,10 @@ class MeshBuffers:
 
 class Store:
     """GL objects made from maps, kept by what they hold; the oldest go when they pass `most_bytes`, or are more than
-    `most`: shapes that change from frame to frame leave a mesh behind each time."""
+    `most`: shapes that change from frame to frame leave a mesh behind each time.
+
+    bytes: of all textures and buffers held. freed: how many have been let go; as long as it stays, all handed out live.
+    """
 
     def __init__(self, context: Context, contents: Contents, most_bytes: int = 1 << 30, most: int = 64) -> None:
         self._context = context
@@ -72,33 +75,37 @@ class Store:
         self._most_bytes, self._most = most_bytes, most
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
         self._in_use: set[Hashable] = set()
-
-    @property
-    def bytes(self) -> int:
-        """Bytes of all textures and buffers held."""
-        return sum(size for _, size in self._kept.values())
+        self.bytes = 0
+        self.freed = 0
 
     def begin(self) -> None:
         """A new frame: nothing is in use yet."""
         self._in_use.clear()
 
     def trim(self) -> None:
-        """Free what this frame did not use, oldest first, while there is too much."""
-        for key in list(self._kept):
+        """Free what this frame does not use, oldest first, while there is too much."""
+        if self.bytes <= self._most_bytes and len(self._kept) <= self._most:
+            return
+        for key in [key for key in self._kept if key not in self._in_use]:
+            self._free(key)
             if self.bytes <= self._most_bytes and len(self._kept) <= self._most:
                 break
-            if key not in self._in_use:
-                self._kept.pop(key)[0].release()
 
     def release(self) -> None:
         """Free everything."""
-        for thing, _ in self._kept.values():
-            thing.release()
-        self._kept.clear()
+        for key in list(self._kept):
+            self._free(key)
+
+    def _free(self, key: Hashable) -> None:
+        thing, size = self._kept.pop(key)
+        thing.release()
+        self.bytes -= size
+        self.freed += 1
 
     def _get(self, key: Hashable, make: Callable[[], tuple[Any, int]]) -> Any:
         if key not in self._kept:
-            self._kept[key] = make()
+            self._kept[key] = made = make()
+            self.bytes += made[1]
         self._kept.move_to_end(key)
         self._in_use.add(key)
         return self._kept[key][0]

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from glbump.camera import projection_matrix, view_matrix
+from glbump.camera import projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
 from glbump.gl.textures import MeshBuffers
 from glbump.maps.cube import CubeFaces
 from glbump.maps.panorama import Panorama
 from glbump.mesh import outline_matrix
-from glbump.plan import GENERAL, GLOSSY, MESH, Plan
+from glbump.plan import BY_PIXEL, GENERAL, GLOSSY, MESH, Plan
 from glbump.reference.reflect import f0_from_ior
 from glbump.scene import Bump, Environment, Procedural, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
@@ -68,51 +69,63 @@ class Uniforms:
         self.program.release()
 
 
+@dataclass(frozen=True)
+class Sample:
+    """Uniforms that change with the sample's place within the pixels: of each surface, and of the sky."""
+
+    surfaces: tuple[dict[str, Any], ...]
+    sky: dict[str, Any]
+
+
 class View:
-    """A planned scene's uniforms: values for all samples, and the matrices for one position within the pixels."""
+    """A planned scene's uniforms: those of all samples, and `sample` by sample the others."""
 
     def __init__(self, scene: Scene, plan: Plan, contents: Contents) -> None:
+        self._scene, self._plan = scene, plan
         self.environment = environment_uniforms(scene.environment, plan, contents)
         self.surfaces = [surface_uniforms(scene, plan, i, contents) for i in range(len(scene.surfaces))]
-        self.scene, self.size = scene, plan.size
+        self.mirrored = [surface.transform.mirrors for surface in scene.surfaces]
         self._view = view_matrix(scene.camera)
         self._projection = projection_matrix(scene.camera, plan.size, *plan.near_far)
         if plan.log_depth:
             # z = w - 2 near: clipped where w < near, and nowhere else. The depth itself comes from the fragments.
             self._projection[2] = self._projection[3] - (0, 0, 0, 2 * plan.near_far[0])
         self._view_from_object = [self._view @ world_from_object(surface, contents) for surface in scene.surfaces]
-        self.mirrored = [surface.transform.mirrors for surface in scene.surfaces]
-        self.shift = (0.0, 0.0)
+        self._samples: list[Sample] = []
 
-    def at(self, offset: npt.ArrayLike) -> View:
-        """This view with its samples at `offset` (right, down) within each pixel, 0..1."""
-        x, y = np.asarray(offset, np.float64)
+    def sample(self, number: int) -> Sample:
+        """Of one sample, 0, 1 and so on; made when it is asked for, and kept."""
+        while len(self._samples) <= number:
+            self._samples.append(self._at(*sample_offsets(self._plan.samples)[len(self._samples)].tolist()))
+        return self._samples[number]
+
+    def _at(self, x: float, y: float) -> Sample:
+        """With the sample at x from the left and y from the top of each pixel, 0..1."""
+        width, height = self._plan.size
         # The picture moves against the sample: what lay at the offset comes to lie at the pixel's centre.
-        self.shift = (2.0 * (0.5 - x) / self.size[0], 2.0 * (y - 0.5) / self.size[1])
-        return self
+        shift = 2.0 * (0.5 - x) / width, 2.0 * (y - 0.5) / height
+        projection = self._projection.copy()
+        projection[:2] += np.outer(shift, projection[3])
+        world_from_ndc = self._world_from_ndc(*shift)
+        surfaces: list[dict[str, Any]] = []
+        for how, surface, view_from_object in zip(self._plan.surfaces, self._scene.surfaces, self._view_from_object):
+            surfaces.append({"clip_from_object": projection @ view_from_object})
+            if how.has("DIRECTION") == BY_PIXEL:
+                # Columns: the changes of the view direction, as the surface has it, with a pixel to the right and
+                # with one up, and the direction at the middle of the picture; of any length.
+                matrix = surface.transform.inverse() @ world_from_ndc * (2 / width, 2 / height, 1.0)
+                surfaces[-1]["object_from_pixel"] = matrix / np.abs(matrix).max()
+        sky = {"env_from_ndc": self._scene.environment.env_from_world() @ world_from_ndc}
+        return Sample(tuple(surfaces), sky)
 
-    def clip_from_object(self, index: int) -> F64:
-        """(4, 4) of surface `index`."""
-        shifted = np.eye(4)
-        shifted[:2, 3] = self.shift
-        result: F64 = shifted @ self._projection @ self._view_from_object[index]
-        return result
-
-    def world_from_ndc(self) -> F64:
+    def _world_from_ndc(self, shift_x: float, shift_y: float) -> F64:
         """(3, 3): columns are the changes of a pixel's view direction with ndc x and y, and the direction ahead."""
         world_from_view = self._view[:3, :3].T
         right, up, ahead = world_from_view[:, 0], world_from_view[:, 1], -world_from_view[:, 2]
-        if self.scene.camera.projection == "orthographic":
+        if self._scene.camera.projection == "orthographic":
             return np.stack([0 * right, 0 * up, ahead], axis=1)
         right, up = right / self._projection[0, 0], up / self._projection[1, 1]
-        return np.stack([right, up, ahead - right * self.shift[0] - up * self.shift[1]], axis=1)
-
-    def object_from_pixel(self, index: int) -> F64:
-        """(3, 3): columns are the changes of the view direction, as surface `index` has it, with a pixel to the right
-        and with one up, and the direction at the middle of the picture; of any length."""
-        object_from_world = self.scene.surfaces[index].transform.inverse()
-        result = object_from_world @ self.world_from_ndc() * (2 / self.size[0], 2 / self.size[1], 1.0)
-        return result / np.abs(result).max()
+        return np.stack([right, up, ahead - right * shift_x - up * shift_y], axis=1)
 
 
 def world_from_object(surface: Surface, contents: Contents) -> F64:
@@ -122,11 +135,6 @@ def world_from_object(surface: Surface, contents: Contents) -> F64:
     result[:3, 3] += result[:3, :3] @ origin
     result[:3, :3] *= unit
     return result
-
-
-def sky_uniforms(view: View) -> dict[str, Any]:
-    """Of sky.frag, those that change with the view."""
-    return {"env_from_ndc": view.scene.environment.env_from_world() @ view.world_from_ndc()}
 
 
 def environment_uniforms(environment: Environment, plan: Plan, contents: Contents) -> dict[str, Any]:
