@@ -49,15 +49,18 @@ def test_sections_become_markdown_and_json(tmp_path: Path) -> None:
 # Timing
 
 
-def test_calls_take_turns_forwards_and_backwards() -> None:
+def test_calls_take_turns_in_an_order_of_chance() -> None:
     made: list[str] = []
-    clock = iter(np.arange(0.0, 100.0, 0.5))
-    times = timing.in_turns(
-        {"a": lambda: made.append("a"), "b": lambda: made.append("b")}, 3, warm_up=1, cpu=lambda: float(next(clock))
-    )
-    assert "".join(made) == "ab" + "abbaab"
-    assert [len(times[name].wall) for name in "ab"] == [3, 3]
-    assert times["a"].cpu == times["b"].cpu == [0.5, 0.5, 0.5]
+    calls = {name: (lambda n=name: made.append(n)) for name in "abc"}
+    clock = iter(np.arange(0.0, 1000.0, 0.5))
+    times = timing.in_turns(calls, 60, warm_up=1, cpu=lambda: float(next(clock)))
+    assert made[:3] == ["a", "b", "c"]
+    turns = ["".join(made[i : i + 3]) for i in range(3, len(made), 3)]
+    assert len(turns) == 60
+    assert set(turns) == {"abc", "acb", "bac", "bca", "cab", "cba"}
+    for name in "abc":
+        assert len(times[name].wall) == 60
+        assert set(times[name].cpu) == {0.5}
 
 
 def test_ratios_are_taken_turn_by_turn() -> None:
