@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from glbump import validate as check
 from glbump.camera import near_far
@@ -31,7 +30,6 @@ far / near * 2**-24 of their distance. A logarithm tells them apart by log(far /
 STEEPEST = 1e12
 """Most that bumps may rise per unit of u or v, in sizes of their surface: past it, gradients leave 32-bit floats."""
 Note = Callable[[str, object, str], None]
-Boxes = npt.NDArray[np.float64]
 
 MESH, SPHERE, TORUS, QUAD = range(4)
 NO_BUMP, HEIGHT, NORMAL = range(3)
@@ -75,19 +73,6 @@ class SurfacePlan:
 
 
 @dataclass(frozen=True)
-class Sight:
-    """All that a plan takes from the camera, but for the clip planes.
-
-    pixel: radians a pixel of the frame spans. surfaces: of each, whether the eye is inside it or near it, and how many
-    segments its mesh needs.
-    """
-
-    pixel: float
-    log_depth: bool
-    surfaces: tuple[tuple[bool, bool, int], ...]
-
-
-@dataclass(frozen=True)
 class Plan:
     """What a frame is made of; everything that is not here is neither compiled, uploaded nor computed."""
 
@@ -104,14 +89,9 @@ class Plan:
     gloss: tuple[int, int] | None
     irradiance: bool
     near_far: tuple[float, float]
-    sight: Sight
+    log_depth: bool
     surfaces: tuple[SurfacePlan, ...]
     choices: tuple[Choice, ...]
-
-    @property
-    def log_depth(self) -> bool:
-        """Whether depth is kept as a logarithm."""
-        return self.sight.log_depth
 
     def explain(self) -> str:
         """Each choice and its reason, one a line."""
@@ -142,17 +122,19 @@ def make_plan(
     if not isinstance(environment, Procedural) or any(s.material.roughness > 0 for s in scene.surfaces):
         texture_format = _fitting_format("texture format", texture_format, "environment", peak, note)
     frame_format = _frame_format(quality, bright, note)
-    boxes = _world_bounds(scene, contents)
-    sight, planes = _sight(scene, quality, size, boxes, contents)
-    shared, cube_size = _environment(scene, quality, sight.pixel, contents, capabilities, note)
+    shared, cube_size = _environment(scene, quality, size, contents, capabilities, note)
     for i, surface in enumerate(scene.surfaces):
         _require_uv(i, surface, contents)
+    boxes = _world_bounds(scene, contents)
     apart = _apart(boxes)
-    if sight.log_depth:
-        note("depth", "logarithm", f"far is over {FAR_OVER_NEAR:g} times near; 24 bits would not part what is far off")
-    shared["LOG_DEPTH"] = int(sight.log_depth)
+    near, far = near_far(scene.camera, boxes, size)
+    log_depth = scene.camera.projection == "perspective" and far > FAR_OVER_NEAR * near
+    if log_depth:
+        note("depth", "logarithm", f"it spans {near:.3g} to {far:.3g}; 24 bits would not tell what is far apart")
+    shared["LOG_DEPTH"] = int(log_depth)
     surfaces = tuple(
-        _surface(i, scene, quality, sight, shared, bool(apart[i]), note) for i in range(len(scene.surfaces))
+        _surface(i, surface, scene, quality, size, shared, bool(apart[i]), contents, note)
+        for i, surface in enumerate(scene.surfaces)
     )
     steepest = max(
         (_steepest(i, scene, contents, capabilities) for i, s in enumerate(surfaces) if s.has("BUMP")), default=0.0
@@ -182,35 +164,11 @@ def make_plan(
         sky=environment.background,
         gloss=gloss,
         irradiance=any(s.has("DIFFUSE") for s in surfaces),
-        near_far=planes,
-        sight=sight,
+        near_far=(near, far),
+        log_depth=log_depth,
         surfaces=surfaces,
         choices=tuple(choices),
     )
-
-
-def seen_anew(plan: Plan, scene: Scene, quality: Quality, contents: Contents) -> Plan | None:
-    """The plan of a scene of which only the camera has changed since `plan` was made: cheap where the new one decides
-    nothing else, and None where it does, so that `make_plan` has to."""
-    sight, planes = _sight(scene, quality, plan.size, _world_bounds(scene, contents), contents)
-    return replace(plan, near_far=planes) if sight == plan.sight else None
-
-
-def _sight(
-    scene: Scene, quality: Quality, size: tuple[int, int], boxes: Boxes, contents: Contents
-) -> tuple[Sight, tuple[float, float]]:
-    """What the camera decides, and its clip planes. boxes: of `_world_bounds`."""
-    near, far = near_far(scene.camera, boxes, size)
-    log_depth = scene.camera.projection == "perspective" and far > FAR_OVER_NEAR * near
-    surfaces = tuple(
-        (
-            _eye_is_inside(surface, scene),
-            _eye_is_near(surface, scene, contents),
-            _stepped(segments_for(surface.shape, _radius_in_pixels(surface, scene, size), quality.silhouette)),
-        )
-        for surface in scene.surfaces
-    )
-    return Sight(_pixel_angle(scene, size), log_depth, surfaces), (near, far)
 
 
 def _require_uv(index: int, surface: Surface, contents: Contents) -> None:
@@ -268,7 +226,7 @@ def _fitting_format(what: str, wanted: str, name: str, largest: float, note: Not
 def _environment(
     scene: Scene,
     quality: Quality,
-    pixel: float,
+    size: tuple[int, int],
     contents: Contents,
     capabilities: Capabilities,
     note: Note,
@@ -290,7 +248,7 @@ def _environment(
     border = picture.uv_scale != (1.0, 1.0) if isinstance(picture, Panorama) else picture.border
     if is_panorama and quality.environment_layout == "cube":
         native = 2 ** math.ceil(math.log2(max(width / 4, 4)))
-        seen = 2 ** math.ceil(math.log2(max(2.0 / pixel, 16)))
+        seen = 2 ** math.ceil(math.log2(max(2.0 / _pixel_angle(scene, size), 16)))
         cube_size = min(native, seen, 2048, capabilities.max_cube_size)
         border = False
         note(
@@ -342,18 +300,21 @@ def _pixel_angle(scene: Scene, size: tuple[int, int]) -> float:
 
 def _surface(
     index: int,
+    surface: Surface,
     scene: Scene,
     quality: Quality,
-    sight: Sight,
+    size: tuple[int, int],
     shared: dict[str, int],
     apart: bool,
+    contents: Contents,
     note: Note,
 ) -> SurfacePlan:
-    name, surface = f"surface {index}", scene.surfaces[index]
-    inside, near, segments = sight.surfaces[index]
+    name = f"surface {index}"
     shape, material, bump = surface.shape, surface.material, surface.bump
     kinds = {Sphere: SPHERE, Torus: TORUS, Quad: QUAD, Plane: MESH, Cube: MESH, MeshFile: MESH}
+    inside = _eye_is_inside(surface, scene)
     closed = isinstance(shape, Sphere | Torus | Cube) and not inside
+    segments = _stepped(segments_for(shape, _radius_in_pixels(surface, scene, size), quality.silhouette))
     outline = isinstance(shape, Sphere) and closed and apart
     if isinstance(shape, Sphere | Torus):
         value = f"disc of {segments} sides" if outline else f"{segments} segments"
@@ -362,6 +323,7 @@ def _surface(
             value,
             f"outline within {quality.silhouette:g} pixels" + (", and nothing comes near to cut it" if outline else ""),
         )
+    near = _eye_is_near(surface, scene, contents)
     if near:
         note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
     bump_kind, why = NO_BUMP, "it has no bump"
@@ -454,7 +416,7 @@ def _radius_in_pixels(surface: Surface, scene: Scene, size: tuple[int, int]) -> 
     return radius / nearest / math.tan(math.radians(camera.fov) / 2) * size[1] / 2
 
 
-def _world_bounds(scene: Scene, contents: Contents) -> Boxes:
+def _world_bounds(scene: Scene, contents: Contents) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """(N, 2, 3): the box round each surface, in the world."""
     boxes = []
     for surface in scene.surfaces:
@@ -466,12 +428,12 @@ def _world_bounds(scene: Scene, contents: Contents) -> Boxes:
     return np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
 
 
-def _apart(boxes: Boxes) -> npt.NDArray[np.bool_]:
+def _apart(boxes: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     """(N,) whether the box (N, 2, 3) of each surface meets no other's. Then any points of it along the rays, not
     just the nearest, are hidden or seen rightly."""
     if len(boxes) < 2:
         return np.ones(len(boxes), bool)
     low, high = boxes[:, 0], boxes[:, 1]
     meet = (low[:, None] <= high[None]).all(axis=-1) & (low[None] <= high[:, None]).all(axis=-1)
-    result: npt.NDArray[np.bool_] = meet.sum(axis=1) == 1
+    result: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = meet.sum(axis=1) == 1
     return result

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +10,7 @@ import pytest
 
 from glbump import reference
 from glbump.camera import Camera
-from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
-from glbump.maps.images import write_picture
 from glbump.maps.panorama import latlong_dir
 from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, Plane, Quad, Sphere, Torus, Transform
@@ -279,73 +275,3 @@ def test_bytes_mean_what_a_file_of_bytes_means(renderer: Renderer) -> None:
         for h in (heights, heights / np.float32(255))
     )
     assert np.array_equal(a, b)
-
-
-# What is kept between frames changes no frame
-
-
-def _fresh(context: Context, scene: Scene, quality: str) -> F32:
-    with Renderer(context=context) as renderer:
-        return renderer.render(scene, (40, 30), quality).pixels
-
-
-@pytest.mark.parametrize("quality", CHOICES)
-def test_a_moving_camera_draws_what_a_new_renderer_draws(context: Context, quality: str) -> None:
-    stretched = Transform(translate=(1.2, 0, 0), rotate=(0, 0, 20), scale=(1, 0.7, 1))
-    ball = Surface(Sphere(), MIRROR, Bump(WAVES, amplitude=0.05, repeat=(4, 2)))
-    ring = Surface(Torus(), Material(roughness=0), transform=stretched)
-    scene = Scene([ball, ring], COMPASS)
-    cameras = [
-        Camera(),
-        Camera(),
-        Camera(eye=(0.1, 0, 4)),
-        Camera(eye=(0.2, 0.3, 9)),  # fewer segments
-        Camera(eye=(0.2, 0.3, 9), fov=20),
-        Camera(eye=(0.1, 0.2, 0.3), target=(0, 0, -1)),  # inside the ball
-        Camera(eye=(0, 0, 4), projection="orthographic"),
-        Camera(eye=(0, 0, 4), projection="orthographic", height=9),
-        Camera(eye=(0, 0, 4)),
-    ]
-    with Renderer(context=context) as renderer:
-        for camera in cameras:
-            seen = replace(scene, camera=camera)
-            assert np.array_equal(renderer.render(seen, (40, 30), quality).pixels, _fresh(context, seen, quality))
-
-
-def test_other_surfaces_light_sizes_and_qualities_are_drawn_anew(context: Context) -> None:
-    scene = Scene([Surface(Sphere(), MIRROR)], COMPASS)
-    changed = [
-        scene,
-        replace(scene, surfaces=[Surface(Sphere(0.5), MIRROR)]),
-        replace(scene, surfaces=[Surface(Sphere(), replace(MIRROR, base_color=(1, 0.5, 0)))]),
-        replace(scene, environment=replace(COMPASS, rotation=90)),
-        replace(scene, environment=replace(COMPASS, exposure=1)),
-        replace(scene, environment=replace(COMPASS, background=False)),
-        scene,
-    ]
-    with Renderer(context=context) as renderer:
-        for each in changed:
-            for quality in ("fast", "balanced"):
-                assert np.array_equal(renderer.render(each, (40, 30), quality).pixels, _fresh(context, each, quality))
-
-
-def test_a_file_that_changes_is_read_again(renderer: Renderer, tmp_path: Path) -> None:
-    def light(value: float) -> None:
-        write_picture(tmp_path / "light.exr", np.full((4, 8, 3), value, np.float32))
-        stamp = 1_700_000_000 + value
-        os.utime(tmp_path / "light.exr", (stamp, stamp))
-
-    scene = Scene([Surface(Sphere(), MIRROR)], LatLong(tmp_path / "light.exr"))
-    for value in (0.5, 0.5, 2.0):
-        light(value)
-        assert renderer.render(scene, (16, 16)).pixels[..., :3] == pytest.approx(value)
-
-
-def test_what_a_frame_says_is_its_own(renderer: Renderer) -> None:
-    scene = Scene([Surface(Sphere(), MIRROR)], COMPASS)
-    first = renderer.render(scene, (16, 16))
-    first.stats["plan"].clear()
-    first.stats["bytes"] = -1
-    second = renderer.render(scene, (16, 16))
-    assert second.stats["plan"]
-    assert second.stats["bytes"] > 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import moderngl
@@ -21,7 +21,7 @@ from glbump.gl.source import resolve
 from glbump.gl.targets import Targets
 from glbump.gl.textures import Store
 from glbump.gl.uniforms import Sample, Uniforms, View
-from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan, seen_anew
+from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan
 from glbump.quality import Quality, quality_of
 from glbump.scene import Procedural, Scene, check_size
 from glbump.shapes import MeshFile
@@ -59,11 +59,6 @@ class Prepared:
     sky: Draw | None
     stats: dict[str, Any]
     freed: int
-
-    def seen_anew(self, scene: Scene, plan: Plan, view: View) -> Prepared:
-        """With another camera, which decides nothing else."""
-        draws = [replace(draw, values=draw.values | values) for draw, values in zip(self.draws, view.surfaces)]
-        return replace(self, scene=scene, plan=plan, view=view, draws=draws)
 
 
 class Renderer:
@@ -153,14 +148,8 @@ class Renderer:
         """The scene made ready to be drawn, or what the last frame left so, where nothing has changed since."""
         check.instance("scene", scene, Scene)
         last, key = self._last, (size, quality, content_keys(scene))
-        if last is not None and last.key == key and last.freed == self._store.freed:
-            if last.scene is scene:
-                return last
-            if last.scene.surfaces is scene.surfaces and last.scene.environment is scene.environment:
-                plan = seen_anew(last.plan, scene, quality, self.contents)
-                if plan is not None:
-                    self._last = last.seen_anew(scene, plan, View(scene, plan, self.contents))
-                    return self._last
+        if last is not None and last.scene is scene and last.key == key and last.freed == self._store.freed:
+            return last
         plan = self.plan(scene, size, quality)
         view = View(scene, plan, self.contents)
         self._store.begin()
