@@ -1,0 +1,263 @@
+"""An environment as texels: its layout says which direction each place of its tiles shows.
+
+One map class for all layouts. A tile is a rectangle of texels: a lat-long picture is one tile, a cube six, a hemicube six
+half faces. The coordinate of a place on a tile is (s, t) * scale + offset, so that pictures whose outermost samples lie
+on the border (OpenEXR's) are read where they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.maps import projections
+from glbump.maps.cube import bilinear, by_pieces, face_dir, face_of, pad
+from glbump.maps.projections import Place
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+Pair = tuple[float, float]
+
+
+def latlong_uv(dir: npt.ArrayLike) -> F64:
+    """Directions (..., 3), any length, as (..., 2) float64 coordinates u, v in 0..1: centre -Z, v down.
+
+    At the poles atan2(0, 0) counts as 0: u = 1/2. Both angles by atan2, which is exact where acos is not.
+    """
+    d = np.asarray(dir, np.float64)
+    x, y, z = d[..., 0], d[..., 1], d[..., 2]
+    across = np.hypot(x, z)
+    longitude = np.where(across > 0, np.arctan2(x, -z), 0.0)
+    return np.stack([0.5 + longitude / (2 * np.pi), np.arctan2(across, y) / np.pi], axis=-1)
+
+
+def latlong_dir(uv: npt.ArrayLike) -> F64:
+    """The unit direction (..., 3) float64 at coordinates (..., 2); inverse of latlong_uv."""
+    t = np.asarray(uv, np.float64)
+    longitude, colatitude = (t[..., 0] - 0.5) * (2 * np.pi), t[..., 1] * np.pi
+    across = np.sin(colatitude)
+    return np.stack([across * np.sin(longitude), np.cos(colatitude), -across * np.cos(longitude)], axis=-1)
+
+
+def _latlong_place(dir: npt.ArrayLike) -> Place:
+    uv = latlong_uv(dir)
+    return np.zeros(uv.shape[:-1], np.intp), uv[..., 0], uv[..., 1]
+
+
+def _latlong_dir(tile: npt.ArrayLike, s: npt.ArrayLike, t: npt.ArrayLike) -> F64:
+    return latlong_dir(np.stack(np.broadcast_arrays(s, t), axis=-1))
+
+
+def _cube_dir(tile: npt.ArrayLike, s: npt.ArrayLike, t: npt.ArrayLike) -> F64:
+    d = face_dir(tile, s, t)
+    result: F64 = d / np.linalg.norm(d, axis=-1, keepdims=True)
+    return result
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which direction each place of an environment's tiles shows.
+
+    place(dir (..., 3), any length) -> tile, s, t; dir(tile, s, t) -> unit (..., 3). aspect: a tile's width over its
+    height. whole: shows the whole sphere; else directions of y < 0 have no place of their own. disc: what is more than
+    1/2 from a tile's middle is no part of the picture.
+    """
+
+    name: str
+    tiles: int
+    aspect: int
+    place: Callable[[npt.ArrayLike], Place]
+    dir: Callable[[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike], F64]
+    whole: bool = True
+    disc: bool = False
+
+    def __repr__(self) -> str:
+        return f"Layout({self.name})"
+
+    def shape(self, size: int) -> tuple[int, int, int]:
+        """Tiles, rows and columns, with tiles `size` texels high; hemicubes `size` wide."""
+        return (self.tiles, size // 2, size) if self.name == "hemicube" else (self.tiles, size, self.aspect * size)
+
+
+LATLONG = Layout("lat-long", 1, 2, _latlong_place, _latlong_dir)
+CUBE = Layout("cube", 6, 1, face_of, _cube_dir)
+HEMICUBE = Layout("hemicube", 6, 2, projections.hemicube_place, projections.hemicube_dir, whole=False)
+OCTAHEDRAL = Layout("octahedral", 1, 1, projections.octahedral_place, projections.octahedral_dir)
+PARABOLOID = Layout("dual-paraboloid", 2, 1, projections.paraboloid_place, projections.paraboloid_dir, disc=True)
+EQUAL_AREA, EQUIDISTANT, ORTHOGRAPHIC = (
+    Layout(name, 1, 1, place, dir, whole=False, disc=True)
+    for name, place, dir in (
+        ("equal-area", projections.equal_area_place, projections.equal_area_dir),
+        ("equidistant", projections.equidistant_place, projections.equidistant_dir),
+        ("orthographic", projections.orthographic_place, projections.orthographic_dir),
+    )
+)
+ANGULAR = Layout("angular", 1, 1, projections.angular_place, projections.angular_dir, disc=True)
+MIRROR_BALL = Layout("mirror-ball", 1, 1, projections.mirror_ball_place, projections.mirror_ball_dir, disc=True)
+
+LAYOUTS = {
+    layout.name: layout
+    for layout in (
+        LATLONG,
+        CUBE,
+        HEMICUBE,
+        OCTAHEDRAL,
+        PARABOLOID,
+        EQUAL_AREA,
+        EQUIDISTANT,
+        ORTHOGRAPHIC,
+        ANGULAR,
+        MIRROR_BALL,
+    )
+}
+
+
+@dataclass(frozen=True, eq=False)
+class EnvironmentMap:
+    """Radiance by direction.
+
+    pixels: (tiles, H, W, 3) float32, linear light, row 0 at t = 0. scale, offset: of s and of t to texture coordinates,
+    0..1 across W and H texels. notes: what was assumed where the file did not say.
+    """
+
+    layout: Layout
+    pixels: F32
+    scale: Pair = (1.0, 1.0)
+    offset: Pair = (0.0, 0.0)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of a tile, in texels."""
+        return self.pixels.shape[2], self.pixels.shape[1]
+
+    @property
+    def has_own_grid(self) -> bool:
+        """Whether texture coordinates differ from places."""
+        return self.scale != (1.0, 1.0) or self.offset != (0.0, 0.0)
+
+    def texel_dirs(self) -> F64:
+        """(tiles, H, W, 3) float64 unit directions of the texel centres."""
+        return texel_dirs(self.layout, self.size, self.scale, self.offset)
+
+    @cached_property
+    def padded(self) -> F32:
+        """(tiles, H + 2, W + 2, 3): with a border of neighbouring texels."""
+        return padded(self.layout, self.pixels, self.scale, self.offset)
+
+
+def texel_dirs(layout: Layout, size: tuple[int, int], scale: Pair = (1.0, 1.0), offset: Pair = (0.0, 0.0)) -> F64:
+    """(tiles, H, W, 3) float64 unit directions of the texel centres of tiles of `size` (width, height)."""
+    width, height = size
+    s = ((np.arange(width) + 0.5) / width - offset[0]) / scale[0]
+    t = ((np.arange(height) + 0.5) / height - offset[1]) / scale[1]
+    return layout.dir(np.arange(layout.tiles)[:, None, None], s[None, None, :], t[None, :, None])
+
+
+def inside(layout: Layout, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
+    """(H, W) whether the texel's centre is a part of the picture."""
+    width, height = size
+    if not layout.disc:
+        return np.ones((height, width), bool)
+    s, t = (np.arange(width) + 0.5) / width - 0.5, (np.arange(height) + 0.5) / height - 0.5
+    result: npt.NDArray[np.bool_] = np.hypot(s[None, :], t[:, None]) <= 0.5
+    return result
+
+
+def above(layout: Layout, dir: F64) -> F64:
+    """The directions, those that a layout of the upper half does not show turned up: y = |y|."""
+    if layout.whole:
+        return dir
+    return np.stack([dir[..., 0], np.abs(dir[..., 1]), dir[..., 2]], axis=-1)
+
+
+def completed(layout: Layout, pixels: F32) -> F32:
+    """Pixels (tiles, H, W, C) whose texels outside the picture hold what the picture shows in their direction."""
+    tiles, height, width, channels = pixels.shape
+    if not layout.disc:
+        return pixels
+    outside = np.broadcast_to(~inside(layout, (width, height)), (tiles, height, width))
+    dirs = above(layout, texel_dirs(layout, (width, height))[outside])
+    result = pixels.copy()
+    # The nearest texel inside: half a texel nearer to the middle than the place itself where that is on the rim.
+    result[outside] = _nearest(layout, pixels, dirs)
+    return result
+
+
+def _nearest(layout: Layout, pixels: F32, dirs: F64) -> F32:
+    tiles, height, width, channels = pixels.shape
+    tile, s, t = layout.place(dirs)
+    if layout.disc:
+        # A texel whose centre is inside lies at most half a texel's diagonal nearer to the middle.
+        a, b = s - 0.5, t - 0.5
+        r = np.hypot(a, b)
+        most = 0.5 - np.hypot(0.5 / width, 0.5 / height)
+        shrink = np.where(r > most, most / np.maximum(r, 1e-300), 1.0)
+        s, t = 0.5 + a * shrink, 0.5 + b * shrink
+    i = np.clip((t * height).astype(np.intp), 0, height - 1)
+    j = np.clip((s * width).astype(np.intp), 0, width - 1)
+    result: F32 = pixels[tile, i, j]
+    return result
+
+
+def padded(layout: Layout, pixels: F32, scale: Pair = (1.0, 1.0), offset: Pair = (0.0, 0.0)) -> F32:
+    """(tiles, H + 2, W + 2, C): with a border of one texel, of what lies beyond the edge.
+
+    A lat-long picture repeats in u and is continued by its first and last row in v, as textures do; a cube's border is
+    the neighbouring faces', as seamless cube maps have it; all others look up the direction half a texel outside.
+    """
+    tiles, height, width, channels = pixels.shape
+    if layout is CUBE:
+        return pad(pixels)
+    result = np.empty((tiles, height + 2, width + 2, channels), np.float32)
+    result[:, 1:-1, 1:-1] = pixels
+    if layout is LATLONG:
+        result[:, 0, 1:-1], result[:, -1, 1:-1] = pixels[:, 0], pixels[:, -1]
+        result[:, :, 0], result[:, :, -1] = result[:, :, -2], result[:, :, 1]
+        return result
+    s, t = (np.arange(-1, width + 1) + 0.5) / width, (np.arange(-1, height + 1) + 0.5) / height
+    tile = np.arange(tiles)[:, None, None]
+    for where, columns, rows in (
+        (np.s_[:, :1, :], s, t[:1]),
+        (np.s_[:, -1:, :], s, t[-1:]),
+        (np.s_[:, :, :1], s[:1], t),
+        (np.s_[:, :, -1:], s[-1:], t),
+    ):
+        dirs = layout.dir(tile, columns[None, None, :], rows[None, :, None])
+        result[where] = _nearest(layout, pixels, above(layout, dirs))
+    return result
+
+
+def sample(environment: EnvironmentMap, dir: npt.ArrayLike) -> F64:
+    """Radiance (..., 3) float64 in directions (..., 3): bilinear, level 0, and across the edges of tiles.
+
+    Where the layout shows the upper half alone, the lower mirrors it.
+    """
+    layout, (width, height) = environment.layout, environment.size
+    border = environment.padded
+    texels = border.reshape(-1, border.shape[-1])
+    rows, columns = height + 2, width + 2
+
+    def look_up(d: F64) -> F64:
+        tile, s, t = layout.place(above(layout, d))
+        x = (s * environment.scale[0] + environment.offset[0]) * width
+        y = (t * environment.scale[1] + environment.offset[1]) * height + 0.5
+        x = (x % width if layout is LATLONG else x) + 0.5
+        left, top = np.floor(x), np.floor(y)
+        if layout is LATLONG:
+            top = np.clip(top, 0, height)
+            y = np.clip(y, 0, height + 1)
+        first = (tile * rows + top.astype(np.intp)) * columns + left.astype(np.intp)
+        return bilinear(texels, (first, first + 1, first + columns, first + columns + 1), x - left, y - top)
+
+    return by_pieces(look_up, dir)
+
+
+def on_border(size: tuple[int, int]) -> tuple[Pair, Pair]:
+    """scale and offset of tiles whose outermost samples lie on the border: `size` samples span one step less."""
+    width, height = size
+    return ((width - 1) / width, (height - 1) / height), (0.5 / width, 0.5 / height)
