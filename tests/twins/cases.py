@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from glbump.glsltest import inputs
+from glbump.glsltest import inputs, ulp
 
 F64 = npt.NDArray[np.float64]
 Rows = tuple[Any, ...]
@@ -325,6 +325,75 @@ def _shares() -> Rows:
     return f0, angle * 3 - 1, roughness
 
 
+def _extreme_directions() -> Rows:
+    """Directions of all lengths; on the axes, the horizon, edges and corners; with infinities, and none at all."""
+    each = np.float32([0, -0.0, 1, -1, 2.0**-149, -1e-40, np.finfo(np.float32).max, -1e38, np.inf, -np.inf])
+    made = np.stack(inputs.every(each, each, each), axis=-1)
+    short = np.float32([[0, 1.6e-23, 0], [1.7e-23, 0, 0], [-1.7e-23, -1.6e-23, 0], [1e-30, -1e-30, 1e-30]])
+    level = _directions_of_all_lengths()[0][:500] * np.float32([1, 0, 1])
+    return (np.concatenate([_directions_of_all_lengths()[0], made, short, level]),)
+
+
+def off_seams(dir: Any) -> Any:
+    """Where no component is so small that float32 loses it, and with it the side of a seam that the direction is on:
+    the place on either side is right (test_layout_functions.py)."""
+    d = np.abs(np.asarray(dir, float))
+    return ((d == 0) | (d > 2.0**-20 * d.max(axis=-1, keepdims=True))).all(axis=-1)
+
+
+def _tiles() -> Rows:
+    place = np.concatenate(
+        [inputs.uniform(2000, 0, 6, (1,), 1) // 1, inputs.uniform(2000, shape=(2,), seed=2)], axis=-1
+    )
+    place[:2, 1:], place[2:4, 1:] = 0.0, 1.0
+    return place, inputs.uniform(2000, 1, 4096, (2,), 3) // 1, inputs.uniform(2000, 6, 7, seed=4) // 1
+
+
+def _dielectrics() -> Rows:
+    """Angles and indices from 1/10 to 10: all of either, at grazing and normal incidence, beside no change at all and
+    beside the critical angle."""
+    ends = np.float32([-0.5, 0, 2.0**-149, 1e-30, 1e-10, 1e-4, 1 - 2.0**-24, 1, 1.5])
+    beside = np.float32([1, 1 - 2.0**-24, 1 + 2.0**-23, 1 + 1e-4, 1.5, 1 / 1.5, 2.4, 1 / 2.4, 10, 0.1])
+    angles = np.append(ends, inputs.uniform(60, seed=1))
+    cos, eta = inputs.every(angles, np.append(beside, inputs.log_uniform(60, 0.1, 10, seed=2)))
+    dense = inputs.log_uniform(500, 1 + 1e-6, 10, seed=3)
+    critical = np.sqrt((1 - 1 / dense) * (1 + 1 / dense)).astype(np.float32)
+    near = (critical * inputs.uniform(500, 0.999, 1.001, seed=4)).astype(np.float32)
+    return np.concatenate([cos, near]), np.concatenate([eta, dense])
+
+
+def _fresnel_bound(cos_i: Any, eta: Any, want: F64) -> F64:
+    """The refracted cosine's square is off by some roundings of its two terms; each unit of that cosine changes the
+    share by at most 4 / (eta c + cos_t) of itself through one factor, by twice the other's slope through the other."""
+    c, e = np.clip(np.asarray(cos_i, float), 0, 1), np.asarray(eta, float)
+    square = (1 - e) * (1 + e) + (e * c) ** 2
+    off = 4 * EPS * (np.abs((1 - e) * (1 + e)) + (e * c) ** 2)
+    cos_t, sines = np.sqrt(np.maximum(square, 1e-300)), e * (1 - c * c)
+    error = np.where(square < -off, 0.0, np.minimum(np.sqrt(off), off / cos_t))
+    slope = 4 / (e * c + cos_t) + np.minimum(1 / cos_t, 4 * c / np.maximum(sines, 1e-150))
+    return want * (24 * EPS + error * slope)
+
+
+def _refractions() -> Rows:
+    """All angles, on either side of the surface; along the normal, grazing, indices to both sides of 1 and 1 itself."""
+    d, n = inputs.directions(4000, 1), inputs.directions(4000, 2)
+    eta = inputs.log_uniform(len(d), 0.25, 4, seed=3)
+    eta[::7], n[::50] = 1.0, d[::50]
+    return d, n, eta
+
+
+def _sine_behind(dir: Any, n: Any, eta: Any) -> F64:
+    d, n = np.asarray(dir, float), np.asarray(n, float)
+    return np.asarray(eta, float) * length(d - dot(d, n)[:, None] * n)
+
+
+def _refraction_bound(dir: Any, n: Any, eta: Any, want: F64) -> F64:
+    """Sines are off by some roundings of eta; the root makes their share over the cosine of it."""
+    off = 4 * EPS * np.maximum(np.asarray(eta, float), 1)
+    cos_t = np.sqrt(np.maximum(1 - _sine_behind(dir, n, eta) ** 2, 0))
+    return off + np.minimum(off / np.maximum(cos_t, 1e-150), np.sqrt(2 * off))
+
+
 # ---- procedural
 
 UP, DOWN = np.float32([0.2, 0.4, 0.9]), np.float32([0.25, 0.15, 0.05])
@@ -467,6 +536,51 @@ CASES: dict[str, Case] = {
         "dp/du less its part along n cancels as much as dp/du is longer than what is left",
         abs=_frame_bound,
         where=_has_a_side,
+    ),
+    "direction.finite_dir": Case(
+        _extreme_directions, "a power of two is exact, but for what it makes denormal", abs=ulp.TINY
+    ),
+    "direction.unit_dir": Case(
+        _extreme_directions,
+        "a division of 2.5 ULP, an inverse root of 1.5 and a product, of components below 1",
+        abs=6 * EPS,
+    ),
+    "direction.turned_up": Case(lambda: (inputs.directions(1000),), "signs are exact", abs=ulp.TINY),
+    "layout.octahedral_place": Case(
+        _extreme_directions,
+        "two sums, a division of 2.5 ULP and a difference, halved; and one rounding",
+        abs=4 * EPS,
+        where=off_seams,
+    ),
+    "layout.hemicube_place": Case(_extreme_directions, "a division of 2.5 ULP and a sum", abs=4 * EPS, where=off_seams),
+    "layout.equal_area_place": Case(
+        _extreme_directions, "unit_dir's 6 roundings, a root and a division of 2.5 ULP each, halved; a sum", abs=8 * EPS
+    ),
+    "layout.equidistant_place": Case(
+        _extreme_directions,
+        "an atan of 3.5e-6 rad, over pi; unit_dir's 6 roundings, a length, a division and a product, halved",
+        abs=ATAN / np.pi + 8 * EPS,
+    ),
+    "layout.orthographic_place": Case(_extreme_directions, "unit_dir's 6 roundings, halved, and a sum", abs=4 * EPS),
+    "layout.paraboloid_place": Case(
+        _extreme_directions,
+        "unit_dir's 6 roundings of both terms, a sum and a division of 2.5 ULP, halved; a sum",
+        abs=8 * EPS,
+        where=off_seams,
+    ),
+    "layout.atlas_uv": Case(
+        _tiles, "two products, two sums and a division of 2.5 ULP, of coordinates of at most 1", abs=5 * EPS
+    ),
+    "reflect.refract_dir": Case(
+        _refractions,
+        "sines of some roundings, and the root of what they leave; at the critical angle either answer is right",
+        abs=_refraction_bound,
+        where=lambda d, n, eta: np.abs(_sine_behind(d, n, eta) - 1) > 8 * EPS * eta,
+    ),
+    "reflect.fresnel_dielectric": Case(
+        _dielectrics,
+        "the refracted cosine is off by some roundings of its terms; exact where eta is 1",
+        abs=_fresnel_bound,
     ),
     "environment.latlong_uv": Case(
         _directions_of_all_lengths,
