@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError
+from glbump.maps.gradients import derivative
+from glbump.maps.stored import count_and_first
 
 F32 = npt.NDArray[np.float32]
 
@@ -19,21 +21,37 @@ HIGHEST = 1e30
 """Most that a height may differ from 0, so that slopes of any picture stay 32-bit floats."""
 
 
-def slopes(height: npt.NDArray[Any]) -> F32:
+def slopes(height: npt.NDArray[Any], kernel: str = "central", border: str = "wrap") -> F32:
     """(H, W) heights -> (H, W, 2) float32: d height / du and d height / dv at the texel centres.
 
-    u runs right and v UP, 0..1 over the picture, whose row 0 is on top. Central differences, wrapping as maps on
-    surfaces do, in float64. Along an axis of one or two texels every difference is 0. Gain of a wave of p texels:
-    sin(2 pi / p) / (2 pi / p), so 0.97 at 16 and 0.90 at 8. ImageError for heights past HIGHEST, or not finite.
+    u runs right and v UP, 0..1 over the picture, whose row 0 is on top. In float64.
+
+    kernel: one of `gradients.METHODS`. Along an axis of one texel every difference is 0, and so is that of two
+    which wrap, but forward. Gain of a wave of p texels by "central" differences: sin(2 pi / p) / (2 pi / p), so 0.97
+    at 16 and 0.90 at 8; for the others `python -m benchmarks kernels`. "bspline" and "spectral" bring out what is
+    between the texels, rounding to 8 bits too: they are for heights of 16 bits or more.
+    border: "wrap", as maps on surfaces do, "clamp" or "mirror"; "spectral" wraps only.
+
+    ImageError for heights that are not (H, W), not finite or past HIGHEST, and for unknown names.
     """
+    h = _checked(height)[::-1]
+    along_u = derivative(h, 1, kernel, border) * h.shape[1]
+    along_v = derivative(h, 0, kernel, border) * h.shape[0]
+    return np.stack([along_u, along_v], axis=-1).astype(np.float32)[::-1]
+
+
+def _checked(height: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     h = np.asarray(height, np.float64)
-    largest = max(float(h.max()), -float(h.min()))
-    if not largest <= HIGHEST:
-        raise ImageError(f"heights must lie within -{HIGHEST:g} and {HIGHEST:g}; got {largest:g}; scale the picture")
-    rows, columns = h.shape
-    along_u = (np.roll(h, -1, axis=1) - np.roll(h, 1, axis=1)) * (columns / 2)
-    along_v = (np.roll(h, 1, axis=0) - np.roll(h, -1, axis=0)) * (rows / 2)
-    return np.stack([along_u, along_v], axis=-1).astype(np.float32)
+    if h.ndim != 2 or h.size == 0:
+        raise ImageError(f"heights are an array (height, width), at least (1, 1); got {h.shape}; take one channel")
+    # NaN compares false, so what is not finite is bad by itself.
+    if max(float(h.max()), -float(h.min())) <= HIGHEST:
+        return h
+    bad = ~(np.abs(h) <= HIGHEST)
+    raise ImageError(
+        f"heights must lie within -{HIGHEST:g} and {HIGHEST:g}; {count_and_first(bad)} do not, "
+        f"that one {h[bad][0]:g}; repair or scale the picture"
+    )
 
 
 def slopes_of_normals(normals: npt.NDArray[Any], flip_y: bool = False) -> F32:

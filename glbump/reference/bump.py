@@ -37,6 +37,14 @@ def surface_gradient(n: npt.ArrayLike, dpdu: npt.ArrayLike, dpdv: npt.ArrayLike,
     return np.where(flat[..., None], 0.0, gradient)
 
 
+def surface_gradient_screen(n: npt.ArrayLike, p: npt.ArrayLike, height: npt.ArrayLike) -> F64:
+    """surface_gradient of differences within quads of pixels: n, p (..., 2, 2, 3), height (..., 2, 2); [y, x], y up."""
+    q, h = np.asarray(p, np.float64), np.asarray(height, np.float64)[..., None]
+    dx, dy = ((a[..., 1:, :] - a[..., :1, :], a[..., 1:, :, :] - a[..., :1, :, :]) for a in (q, h))
+    (p_x, h_x), (p_y, h_y) = zip(dx, dy, strict=True)
+    return surface_gradient(n, p_x, p_y, np.concatenate(np.broadcast_arrays(h_x, h_y), axis=-1))
+
+
 def orthogonal_gradient(dpdu: npt.ArrayLike, dpdv: npt.ArrayLike, slope: npt.ArrayLike) -> F64:
     """surface_gradient for dp/du and dp/dv at right angles in the tangent plane; zero along one below 1e-12."""
     total: F64 = np.zeros(3)

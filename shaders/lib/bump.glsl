@@ -15,6 +15,13 @@ vec3 surface_gradient(vec3 n, vec3 dpdu, vec3 dpdv, vec2 slope) {
     return (slope.x / len_u * cross(tv, n) + slope.y / len_v * cross(n, tu)) / j;
 }
 
+// The same of a height that is known pixel by pixel, on a surface with neither u,v nor tangents: the screen's x and y
+// are its parameters (Mikkelsen 2010). Differences are one-sided: the error grows as the pixel does, and as the waves of
+// the height get shorter. p is best relative to the eye, so that few digits cancel.
+vec3 surface_gradient_screen(vec3 n, vec3 p, float height) {
+    return surface_gradient(n, dFdx(p), dFdy(p), vec2(dFdx(height), dFdy(height)));
+}
+
 // The same where dp/du and dp/dv are at right angles and in the tangent plane, as on a sphere or a torus that is
 // not stretched: each partial derivative has its own direction. Zero along one shorter than 1e-12, next to a pole:
 // slopes up to 1e12 stay in range for surfaces about 1 wide, as the GPU has them all.

@@ -85,6 +85,28 @@ def _frames() -> Rows:
     return tuple(np.concatenate(pair) for pair in ((n, up), (u, more_u), (v, more_v), (slope, flat)))
 
 
+def _quads_of_pixels() -> Rows:
+    """Quads of 2x2 pixels of planes at all angles but the flattest, and heights that rise evenly: drivers may take the
+    differences of one row for both. In steps that cancel without rounding; the last see one line, or one point."""
+    n = inputs.unit_vectors(1000, 1)
+    corner, along, up = (np.random.default_rng(i).integers(-256, 257, (1000, 1, 1, 4)) / 512 for i in (2, 3, 4))
+    sides = along[:, 0, 0, :3], up[:, 0, 0, :3]
+    keep = np.abs(dot(n, np.cross(*sides))) > 0.05 * length(sides[0]) * length(sides[1])
+    n, corner, along, up = (a[keep] for a in (n, corner, along, up))
+    up[-10:, ..., :3], along[-20:, ..., :3] = 0.0, 0.0
+    x, y = np.arange(2)[:, None], np.arange(2)[:, None, None]
+    at = (corner + x * along + y * up).astype(np.float32)
+    return np.broadcast_to(n[:, None, None], at[..., :3].shape), at[..., :3], at[..., 3]
+
+
+def _screen_bound(n: Any, p: Any, height: Any, want: F64) -> F64:
+    at = np.concatenate([p, np.asarray(height)[..., None]], axis=-1).astype(np.float64)
+    x, y = (np.broadcast_to(d, at.shape) for d in (at[:, :, 1:] - at[:, :, :1], at[:, 1:] - at[:, :1]))
+    slope = np.stack([x[..., 3], y[..., 3]], axis=-1).reshape(-1, 2)
+    rows = (np.reshape(a, (-1, 3)) for a in (n, x[..., :3], y[..., :3]))
+    return _gradient_bound(*rows, slope, want.reshape(-1, 3)).reshape(want.shape[:-1])
+
+
 _AT_LEAST_LENGTH = (0.95e-18, 1.02e-18, 1.05e-18)
 _AT_LEAST_SQUARED = (0.95e-12, 1.02e-12, 1.05e-12)
 
@@ -433,7 +455,50 @@ def _grounds() -> Rows:
     return np.concatenate([*parts], axis=-1), np.float32(3), UP, DOWN
 
 
+# ---- gradients
+
+
+def _map_places(*more: Any) -> Callable[[], Rows]:
+    """Heights of 8 x 16 texels, and places within three turns of them in 256ths of a texel: centres, edges, between.
+
+    All sums of places and all weights are exact then, also where a GPU's filter has 8 bits for them.
+    """
+    heights = inputs.uniform(8 * 16, seed=1).reshape(8, 16)
+    texels = np.random.default_rng(2).integers(-256 * 16, 2 * 256 * 16, (2000, 2)) // np.array([1, 2])
+    texels[:500] = texels[:500] // 128 * 128
+    return lambda: (heights, (texels / (256 * np.array([16, 8]))).astype(np.float32), *more)
+
+
+def _slope_case(terms: int, *more: Any) -> Case:
+    """Slopes up to 16 from heights below 1: each read has three roundings, each term as many, all times the size."""
+    return Case(
+        _map_places(*more),
+        f"{terms} reads of heights below 1, of three roundings each and of as many when added, times 16 texels",
+        abs=6 * terms * 16 * EPS,
+    )
+
+
 CASES: dict[str, Case] = {
+    "gradients.height_at": Case(_map_places(), "two products and two sums each way, below 1", abs=6 * EPS),
+    "gradients.slope_forward": _slope_case(2),
+    "gradients.slope_across": _slope_case(2, np.float32(1.5)),
+    "gradients.slope_central": _slope_case(2),
+    "gradients.slope_half": _slope_case(2),
+    "gradients.slope_fourth": _slope_case(4),
+    "gradients.slope_smoothed": _slope_case(6, np.float32(0.1)),
+    "gradients.slope_sobel": _slope_case(6),
+    "gradients.slope_scharr": _slope_case(6),
+    "gradients.slope_bspline": _slope_case(16),
+    "gradients.cubic_weights": Case(
+        lambda: (np.concatenate([[0, 1, 0.5], inputs.uniform(1000)]).astype(np.float32),),
+        "terms up to 4 of some six roundings, over 6",
+        abs=4 * EPS,
+    ),
+    "gradients.quadratic_weights": Case(
+        lambda: (np.concatenate([[0, 1, 0.5], inputs.uniform(1000)]).astype(np.float32),),
+        "1 - t is rounded once, two products and a sum, of at most 3/4",
+        abs=3 * EPS,
+    ),
     "procedural.soft_sign": Case(
         lambda: tuple(
             np.append(a, 0)  # nothing at all, where there is no side
@@ -520,6 +585,11 @@ CASES: dict[str, Case] = {
         "cross products and j are off by some roundings of unit vectors, and j divides the sum of both terms; along "
         "the axes the shader is exact, and the twin good to 2^-13 where the area is least",
         abs=_gradient_bound,
+    ),
+    "bump.surface_gradient_screen": Case(
+        _quads_of_pixels,
+        "as surface_gradient, of differences without rounding",
+        abs=_screen_bound,
     ),
     "bump.orthogonal_gradient": Case(
         _square_frames,
