@@ -12,9 +12,10 @@ from pathlib import Path
 from benchmarks.figures import Cell, Section, Table, Target
 from benchmarks.scenes import DATA, evening, mirror_ball
 from benchmarks.timing import Call, children_cpu, in_turns, ratios, spread
+from glbump.environment import LatLong
+from glbump.image import ArrayImage
 from glbump.maps.images import write_picture
 from glbump.quality import Quality
-from glbump.scene import ArrayImage, LatLong
 from glbump.scenefile import save_scene
 
 LIMIT = 1.5

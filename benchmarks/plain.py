@@ -13,9 +13,10 @@ from benchmarks.scenes import DATA, bricks, bumped_ball, evening, mirror_ball
 from benchmarks.timing import in_turns, ratios, spread
 from glbump.camera import projection_matrix, view_matrix
 from glbump.demo.relief import normals
+from glbump.environment import LatLong
 from glbump.gl.renderer import Renderer
-from glbump.maps.panorama import Panorama
-from glbump.scene import LatLong, Scene
+from glbump.maps.layout import LATLONG, EnvironmentMap
+from glbump.scene import Scene
 
 LIMITS = {"mirror ball": 0.7, "bumped chrome": 0.85}
 
@@ -84,12 +85,12 @@ class PlainBall:
     """
 
     def __init__(
-        self, gl: moderngl.Context, scene: Scene, picture: Panorama, size: tuple[int, int], bumped: bool
+        self, gl: moderngl.Context, scene: Scene, picture: EnvironmentMap, size: tuple[int, int], bumped: bool
     ) -> None:
         self._gl = gl
-        height, width = picture.pixels.shape[:2]
+        width, height = picture.size
         opaque = np.ones((height, width, 4), np.float16)
-        opaque[..., :3] = picture.pixels
+        opaque[..., :3] = picture.pixels[0]
         self._environment = gl.texture((width, height), 4, opaque.tobytes(), dtype="f2")
         self._environment.filter = moderngl.LINEAR, moderngl.LINEAR
         self._environment.repeat_y = False
@@ -165,7 +166,7 @@ def measure(quick: bool = False) -> Section:
     targets = []
     with Renderer() as renderer:
         picture = renderer.contents.environment(environment)
-        assert isinstance(picture, Panorama)
+        assert picture.layout is LATLONG
         for name, scene in scenes.items():
             plain = PlainBall(renderer.context.gl, scene, picture, size, bumped=name == "bumped chrome")
             times = in_turns(

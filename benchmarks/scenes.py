@@ -15,7 +15,8 @@ import numpy.typing as npt
 
 from glbump.camera import Camera
 from glbump.demo import panorama, relief
-from glbump.scene import Bump, CubeMap, Environment, LatLong, Material, NormalMap, Scene, Surface
+from glbump.environment import CubeMap, Environment, LatLong
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"

@@ -15,6 +15,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from glbump import reference as reference
     from glbump.camera import Camera as Camera
+    from glbump.environment import BoxBounds as BoxBounds
+    from glbump.environment import Captured as Captured
+    from glbump.environment import Chrome as Chrome
+    from glbump.environment import CubeMap as CubeMap
+    from glbump.environment import Fractal as Fractal
+    from glbump.environment import HemiCube as HemiCube
+    from glbump.environment import Hemisphere as Hemisphere
+    from glbump.environment import LatLong as LatLong
+    from glbump.environment import LightProbe as LightProbe
+    from glbump.environment import Octahedral as Octahedral
+    from glbump.environment import Sky as Sky
+    from glbump.environment import SphereBounds as SphereBounds
     from glbump.errors import ContextError as ContextError
     from glbump.errors import GlbumpError as GlbumpError
     from glbump.errors import ImageError as ImageError
@@ -27,14 +39,9 @@ if TYPE_CHECKING:
     from glbump.gl.renderer import render as render
     from glbump.quality import Quality as Quality
     from glbump.scene import Bump as Bump
-    from glbump.scene import Chrome as Chrome
-    from glbump.scene import CubeMap as CubeMap
-    from glbump.scene import Fractal as Fractal
-    from glbump.scene import LatLong as LatLong
     from glbump.scene import Material as Material
     from glbump.scene import NormalMap as NormalMap
     from glbump.scene import Scene as Scene
-    from glbump.scene import Sky as Sky
     from glbump.scene import Surface as Surface
     from glbump.scene import with_value as with_value
     from glbump.scenefile import load_scene as load_scene
@@ -52,6 +59,20 @@ if TYPE_CHECKING:
 # Module -> its public names; tests/test_setup.py holds it against the imports above.
 _PUBLIC = {
     "camera": ("Camera",),
+    "environment": (
+        "BoxBounds",
+        "Captured",
+        "Chrome",
+        "CubeMap",
+        "Fractal",
+        "HemiCube",
+        "Hemisphere",
+        "LatLong",
+        "LightProbe",
+        "Octahedral",
+        "Sky",
+        "SphereBounds",
+    ),
     "errors": (
         "ContextError",
         "GlbumpError",
@@ -64,19 +85,7 @@ _PUBLIC = {
     "frame": ("Frame",),
     "gl.renderer": ("Renderer", "render"),
     "quality": ("Quality",),
-    "scene": (
-        "Bump",
-        "Chrome",
-        "CubeMap",
-        "Fractal",
-        "LatLong",
-        "Material",
-        "NormalMap",
-        "Scene",
-        "Sky",
-        "Surface",
-        "with_value",
-    ),
+    "scene": ("Bump", "Material", "NormalMap", "Scene", "Surface", "with_value"),
     "scenefile": ("load_scene", "save_scene"),
     "shapes": ("Cube", "MeshFile", "Plane", "Quad", "Sphere", "Torus", "Transform"),
 }

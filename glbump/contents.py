@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from glbump.environment import CubeMap, Environment, LatLong, Pictured, Procedural
 from glbump.errors import ImageError, LimitError
-from glbump.maps.cube import CubeFaces, cube_from_picture
-from glbump.maps.panorama import Panorama, panorama_from_picture
+from glbump.image import ArrayImage, picture_of
+from glbump.maps.layout import LATLONG, LAYOUTS, EnvironmentMap, completed
+from glbump.maps.panorama import cube_from_picture, panorama_from_picture
 from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
-from glbump.scene import ArrayImage, Bump, Environment, LatLong, NormalMap, Procedural, Scene, picture_of
+from glbump.scene import Bump, NormalMap, Scene
 from glbump.shapes import MeshFile, Shape
 
 F32 = npt.NDArray[np.float32]
@@ -56,10 +58,9 @@ def environment_key(environment: Environment) -> Hashable:
     """What an environment's texture is known by: rotation, exposure and the like do not change it."""
     if isinstance(environment, Procedural):
         return environment.kind, *environment.arguments().values()
-    if isinstance(environment, LatLong):
-        return "lat-long", source_key(picture_of(environment.image))
-    images = environment.image if isinstance(environment.image, tuple) else (environment.image,)
-    return "cube", environment.orientation, tuple(source_key(picture_of(i)) for i in images)
+    assert isinstance(environment, Pictured)
+    orientation = getattr(environment, "orientation", None)
+    return environment.layout, orientation, tuple(source_key(picture_of(i)) for i in environment.images)
 
 
 def bump_key(bump: Bump | NormalMap) -> Hashable:
@@ -98,12 +99,12 @@ class Contents:
         self._kept.move_to_end(key)
         return self._kept[key]
 
-    def environment(self, environment: Environment) -> Panorama | CubeFaces:
+    def environment(self, environment: Environment) -> EnvironmentMap:
         """The environment's picture, with the layout and the sample grid its header names.
 
         A computed environment's is a table, for light that is gathered from all directions.
         """
-        result: Panorama | CubeFaces = self._get(environment_key(environment), lambda: _read(environment))
+        result: EnvironmentMap = self._get(environment_key(environment), lambda: _read(environment))
         return result
 
     def peak(self, environment: Environment) -> float:
@@ -191,21 +192,24 @@ def _largest(values: F32) -> float:
     return max(float(values.max()), -float(values.min()))
 
 
-def _read(environment: Environment) -> Panorama | CubeFaces:
+def _read(environment: Environment) -> EnvironmentMap:
     if isinstance(environment, Procedural):
         from glbump.reference.computed import table
 
-        return Panorama(table(environment, TABLE).astype(np.float32))
+        return EnvironmentMap(LATLONG, table(environment, TABLE).astype(np.float32)[None])
     from glbump.maps.images import read_colour
 
+    assert isinstance(environment, Pictured)
+    images = environment.images
+    if len(images) == 1 and isinstance(images[0], ArrayImage) and images[0].pixels.ndim == 4:
+        images = tuple(ArrayImage(face) for face in images[0].pixels)
+    pictures = [read_colour(picture_of(image)) for image in images]
     if isinstance(environment, LatLong):
-        return panorama_from_picture(read_colour(picture_of(environment.image)))
-    image = environment.image
-    if isinstance(image, ArrayImage) and image.pixels.ndim == 4:
-        image = tuple(ArrayImage(face) for face in image.pixels)
-    if isinstance(image, tuple):
-        return cube_from_picture([read_colour(picture_of(face)) for face in image], environment.orientation)
-    return cube_from_picture(read_colour(picture_of(image)), environment.orientation)
+        return panorama_from_picture(pictures[0])
+    if isinstance(environment, CubeMap):
+        return cube_from_picture(pictures if len(pictures) > 1 else pictures[0], environment.orientation)
+    layout = LAYOUTS[environment.layout]
+    return EnvironmentMap(layout, completed(layout, pictures[0].pixels[None]))
 
 
 def _slopes(bump: Bump | NormalMap) -> F32:

@@ -9,6 +9,7 @@ from typing import Any
 from glbump import validate as check
 from glbump.errors import SceneError
 
+ENVIRONMENT_LAYOUTS = ("given", "cube", "lat-long", "octahedral", "dual-paraboloid")
 FILTERS = ("bilinear", "nearest-level", "trilinear")
 
 PRESETS: dict[str, dict[str, Any]] = {
@@ -23,6 +24,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "silhouette": 0.25,
         "gloss_size": 64,
         "gloss_samples": 32,
+        "direction_error": 1.0,
     },
     "balanced": {
         "samples": 4,
@@ -34,6 +36,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "silhouette": 0.1,
         "gloss_size": 128,
         "gloss_samples": 64,
+        "direction_error": 0.25,
     },
     # No mip levels: the samples alone average, so more of them converge to the truth.
     "exact": {
@@ -46,6 +49,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "silhouette": 0.02,
         "gloss_size": 128,
         "gloss_samples": 256,
+        "direction_error": 0.0,
     },
 }
 
@@ -57,12 +61,14 @@ _FROM_PRESET: Any = None
 class Quality(check.Frozen):
     """Every knob of the trade between speed and accuracy; what is None takes the preset's value.
 
-    samples: samples a pixel, a square number. environment_layout: as "given", or resampled to a "cube".
+    samples: samples a pixel, a square number. environment_layout: as "given", or resampled to "cube", "lat-long",
+    "octahedral" or "dual-paraboloid" (pictures of the upper half of the world stay as they are).
     environment_filter, bump_filter: "bilinear" (level 0 alone), "nearest-level" or "trilinear" (mip levels by
     the sample's footprint). texture_format, frame_format: "half" or "float".
     silhouette: how far, in pixels, a curved shape's outline may lie from the true one.
     gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: source texels that
     a texel of its second level reads where its lobe is high; each further level reads twice as many.
+    direction_error: degrees that mirrored directions may be off by what a plan leaves out (the parallax of a room).
     """
 
     preset: str = "balanced"
@@ -75,6 +81,7 @@ class Quality(check.Frozen):
     silhouette: float = _FROM_PRESET
     gloss_size: int = _FROM_PRESET
     gloss_samples: int = _FROM_PRESET
+    direction_error: float = _FROM_PRESET
 
     def __post_init__(self) -> None:
         check.choice("quality", self.preset, PRESETS)
@@ -84,7 +91,7 @@ class Quality(check.Frozen):
             raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {samples}")
         for name in ("environment_filter", "bump_filter"):
             check.choice(f"quality.{name}", values[name], FILTERS)
-        check.choice("quality.environment_layout", values["environment_layout"], ("given", "cube"))
+        check.choice("quality.environment_layout", values["environment_layout"], ENVIRONMENT_LAYOUTS)
         for name in ("texture_format", "frame_format"):
             check.choice(f"quality.{name}", values[name], ("half", "float"))
         size = check.integer("quality.gloss_size", values["gloss_size"], least=8, most=1024)
@@ -95,6 +102,7 @@ class Quality(check.Frozen):
             silhouette=check.number("quality.silhouette", values["silhouette"], least=0.001, most=64),
             gloss_size=size,
             gloss_samples=check.integer("quality.gloss_samples", values["gloss_samples"], least=1, most=4096),
+            direction_error=check.number("quality.direction_error", values["direction_error"], least=0, most=180),
         )
         self._store(**values)
 

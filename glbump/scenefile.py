@@ -16,9 +16,11 @@ from typing import Any
 
 from glbump import validate as check
 from glbump.camera import Camera
+from glbump.environment import ENVIRONMENTS, BoxBounds, SphereBounds
 from glbump.errors import SceneError, shown, unknown
+from glbump.image import ArrayImage
 from glbump.maps.files import write_atomically
-from glbump.scene import ENVIRONMENTS, ArrayImage, Bump, Material, NormalMap, Scene, Surface
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import SHAPES, Transform
 
 MOST_BYTES = 4_000_000
@@ -26,7 +28,11 @@ MOST_BYTES = 4_000_000
 
 _TABLES: dict[str, type[Any]] = {"camera": Camera, "material": Material, "transform": Transform}
 _KINDS: dict[str, tuple[type[Any], ...]] = {"shape": SHAPES, "environment": ENVIRONMENTS}
-_BUMPS: dict[str, type[Any]] = {"height": Bump, "normal_map": NormalMap}
+# Told apart by a key that each must have.
+_BY_KEY: dict[str, dict[str, type[Any]]] = {
+    "bump": {"height": Bump, "normal_map": NormalMap},
+    "bounds": {"low": BoxBounds, "radius": SphereBounds},
+}
 
 ReadPath = Callable[[str, Any], Any]
 
@@ -255,8 +261,8 @@ def _value(field: Field[Any], value: Any, where: str, read_path: ReadPath) -> An
     if name in _KINDS:
         cls, rest = _of_kind(_KINDS[name], value, where)
         return _build(cls, rest, where, read_path)
-    if name == "bump":
-        return _build(_bump_kind(value, where), value, where, read_path)
+    if name in _BY_KEY:
+        return _build(_kind_by_key(_BY_KEY[name], value, where), value, where, read_path)
     if name in _TABLES:
         return _build(_TABLES[name], value, where, read_path)
     return read_path(where, value) if _is_path(field) else value
@@ -277,13 +283,13 @@ def _of_kind(classes: tuple[type[Any], ...], value: Any, where: str) -> tuple[ty
     return kinds[kind], {k: v for k, v in value.items() if k != "kind"}
 
 
-def _bump_kind(value: Any, where: str) -> type[Any]:
-    given = [key for key in _BUMPS if isinstance(value, dict) and key in value]
+def _kind_by_key(kinds: dict[str, type[Any]], value: Any, where: str) -> type[Any]:
+    given = [key for key in kinds if isinstance(value, dict) and key in value]
     if len(given) == 1:
-        return _BUMPS[given[0]]
+        return kinds[given[0]]
     if given:
-        raise SceneError(f"{where} has both height and normal_map; keep one of them")
-    raise SceneError(f"{where} needs a height or a normal_map, each the path of a picture; got {shown(value)}")
+        raise SceneError(f"{where} has both {' and '.join(given)}; keep one of them")
+    raise SceneError(f"{where} needs a {' or a '.join(kinds)}; got {shown(value)}")
 
 
 def scene_to_dict(scene: Scene, write_path: ReadPath, *, defaults: bool = False) -> dict[str, Any]:

@@ -2,24 +2,41 @@
 
 #define LATLONG 0
 #define CUBE 1
-#define SKY 2
-#define CHROME 3
-#define FRACTAL 4
+#define HEMICUBE 2
+#define OCTAHEDRAL 3
+#define EQUAL_AREA 4
+#define EQUIDISTANT 5
+#define ORTHOGRAPHIC 6
+#define PARABOLOID 7
+#define SKY 8
+#define CHROME 9
+#define FRACTAL 10
+#define COLOURED 2
 
 #include "lib/environment.glsl"
 #include "lib/filter.glsl"
 
-#if ENVIRONMENT == LATLONG || ENVIRONMENT == CUBE
-#if ENVIRONMENT == LATLONG
-uniform sampler2D environment;
-#else
+#if ENVIRONMENT < SKY
+#if ENVIRONMENT == CUBE
 uniform samplerCube environment;
+#else
+uniform sampler2D environment;
+#endif
+#if ENVIRONMENT > CUBE
+#include "lib/layout.glsl"
+uniform vec4 level_place[15];  // of each level: x, y of its corner on the texture; width and height of a tile
+#if ENVIRONMENT_FOOTPRINT
+uniform int last_level;
+#endif
 #endif
 #if ENVIRONMENT_BORDER
-uniform vec4 border;  // lat-long: texture coordinate = uv * xy + zw; cube: x = (N - 1) / N
+uniform vec4 border;  // texture coordinate = place * xy + zw
 #endif
 #if ENVIRONMENT_FOOTPRINT
 uniform float texels_per_radian;
+#endif
+#if ENVIRONMENT_BELOW == COLOURED
+uniform vec3 below;
 #endif
 #else
 #include "lib/procedural.glsl"
@@ -41,7 +58,7 @@ uniform float relief;
 uniform uint seed;
 uniform int steps;
 #else
-#error "ENVIRONMENT must be LATLONG, CUBE, SKY, CHROME or FRACTAL"
+#error "ENVIRONMENT must be one of the names above"
 #endif
 #endif
 
@@ -50,6 +67,67 @@ uniform float footprint;  // of a sample, in pixels
 #endif
 #if EXPOSURE
 uniform float exposure_factor;
+#endif
+
+#if ENVIRONMENT > CUBE && ENVIRONMENT < SKY
+vec3 tile_place(vec3 dir_env) {
+#if ENVIRONMENT == HEMICUBE
+    return hemicube_place(dir_env);
+#elif ENVIRONMENT == OCTAHEDRAL
+    return octahedral_place(dir_env);
+#elif ENVIRONMENT == EQUAL_AREA
+    return equal_area_place(dir_env);
+#elif ENVIRONMENT == EQUIDISTANT
+    return equidistant_place(dir_env);
+#elif ENVIRONMENT == ORTHOGRAPHIC
+    return orthographic_place(dir_env);
+#else
+    return paraboloid_place(dir_env);
+#endif
+}
+
+// Of one level: its tiles lie below each other, each in a border of one texel.
+vec3 tile_radiance(vec3 place, int level) {
+    vec4 at = level_place[level];
+#if ENVIRONMENT_BORDER
+    place.yz = place.yz * border.xy + border.zw;
+#endif
+    vec2 texel = at.xy + atlas_uv(place, at.zw, 1.0) * (at.zw + 2.0);
+    return textureLod(environment, texel / vec2(textureSize(environment, 0)), 0.0).rgb;
+}
+#endif
+
+#if ENVIRONMENT < SKY
+// In a direction that the layout shows.
+vec3 picture_radiance(vec3 dir_env, float level) {
+#if ENVIRONMENT == LATLONG
+    vec2 place = latlong_uv(dir_env);
+#if ENVIRONMENT_BORDER
+    place = place * border.xy + border.zw;
+#endif
+    return textureLod(environment, place, level).rgb;
+#elif ENVIRONMENT == CUBE
+#if ENVIRONMENT_BORDER
+    dir_env = cube_border_dir(dir_env, border.x);
+#endif
+    return textureLod(environment, dir_env, level).rgb;
+#else
+    vec3 place = tile_place(dir_env);
+#if ENVIRONMENT_FOOTPRINT
+    level = clamp(level, 0.0, float(last_level));
+#if ENVIRONMENT_MIX
+    int near = int(level);
+    vec3 finer = tile_radiance(place, near);
+    vec3 coarser = tile_radiance(place, min(near + 1, last_level));
+    return mix(finer, coarser, level - float(near));
+#else
+    return tile_radiance(place, int(ceil(level + 0.5)) - 1);
+#endif
+#else
+    return tile_radiance(place, 0);
+#endif
+#endif
+}
 #endif
 
 // dir_env: unit length where it has a footprint or the environment is computed; else of any.
@@ -73,18 +151,11 @@ vec3 environment_radiance(vec3 dir_env) {
 #else
     const float level = 0.0;
 #endif
-#if ENVIRONMENT == LATLONG
-    vec2 place = latlong_uv(dir_env);
-#if ENVIRONMENT_BORDER
-    place = place * border.xy + border.zw;
+    // Layouts of the upper half show below the horizon what mirrors it above.
+    vec3 radiance = picture_radiance(dir_env, level);
+#if ENVIRONMENT_BELOW == COLOURED
+    radiance = mix(below, radiance, share_above(dir_env.y, ddx.y, ddy.y));
 #endif
-#else
-    vec3 place = dir_env;
-#if ENVIRONMENT_BORDER
-    place = cube_border_dir(dir_env, border.x);
-#endif
-#endif
-    vec3 radiance = textureLod(environment, place, level).rgb;
 #endif
 #if EXPOSURE
     radiance *= exposure_factor;

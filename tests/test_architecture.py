@@ -21,7 +21,7 @@ ROWS = (
     ("gl",),
     ("plan",),
     ("reference", "contents", "scenefile", "demo"),
-    ("scene", "shapes", "camera", "quality", "mesh", "meshfile", "meshformats", "frame", "maps"),
+    ("scene", "environment", "image", "shapes", "camera", "quality", "mesh", "meshfile", "meshformats", "frame", "maps"),
     ("validate", "progress"),
     ("errors",),
 )

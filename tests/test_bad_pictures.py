@@ -17,6 +17,7 @@ import pytest
 from PIL import Image
 
 from glbump.errors import GlbumpError, ImageError
+from glbump.image import ArrayImage
 from glbump.maps.images import (
     read_colour,
     read_height,
@@ -26,7 +27,6 @@ from glbump.maps.images import (
     write_display,
     write_picture,
 )
-from glbump.scene import ArrayImage
 
 READERS = (read_colour, read_height, read_normals, read_picture)
 NOISE = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)

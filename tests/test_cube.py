@@ -10,7 +10,9 @@ import pytest
 
 from glbump.errors import ImageError
 from glbump.maps import cube
-from glbump.maps.cube import CubeFaces, cube_from_picture, face_dir, face_of, solid_angles, texel_directions
+from glbump.maps.cube import face_dir, face_of, solid_angles, texel_directions
+from glbump.maps.layout import CUBE, EnvironmentMap, sample
+from glbump.maps.panorama import cube_from_picture
 
 # OpenGL 4.6 core, table 8.19: the vector along s and along t.
 TABLE = {
@@ -146,15 +148,15 @@ def test_faces_come_to_lie_where_they_look(table: Any, orientation: str, envmap:
     # Away from the edges, where a bilinear look-up of a linear function is exact but for float32.
     inside = (np.sort(np.abs(dirs), axis=1)[:, 1] < 1 - 1 / n) | border
     for faces_made in made:
-        assert faces_made.border == border
-        assert np.abs(cube.sample(faces_made, dirs) - dirs)[inside].max() < 1e-6
+        assert faces_made.has_own_grid == border
+        assert np.abs(sample(faces_made, dirs) - dirs)[inside].max() < 1e-6
     mirrored = cube_from_picture(picture(painted(TABLE if table is INSIDE else INSIDE, n, border).reshape(-1, n, 3),
                                          envmap), orientation)  # fmt: skip
-    assert np.abs(cube.sample(mirrored, dirs) - dirs)[inside].max() > 1
+    assert np.abs(sample(mirrored, dirs) - dirs)[inside].max() > 1
 
 
 def test_look_ups_are_continuous_across_every_edge_and_corner() -> None:
-    faces = CubeFaces(np.random.default_rng(2).uniform(size=(6, 4, 4, 3)).astype(np.float32))
+    faces = EnvironmentMap(CUBE, np.random.default_rng(2).uniform(size=(6, 4, 4, 3)).astype(np.float32))
     rng = np.random.default_rng(4)
     edge = rng.uniform(-1, 1, size=(4000, 3))
     rows, (one, other) = np.arange(4000), rng.permuted(np.tile([0, 1, 2], (4000, 1)), axis=1)[:, :2].T
@@ -167,23 +169,23 @@ def test_look_ups_are_continuous_across_every_edge_and_corner() -> None:
     across = face_of(this)[0] != face_of(that)[0]
     assert across[8:].mean() > 0.99
     # The look-up changes by at most 4 texels x the nudge between the two, so any step is the edge's own.
-    assert np.abs(cube.sample(faces, this) - cube.sample(faces, that)).max() < 1e-7
+    assert np.abs(sample(faces, this) - sample(faces, that)).max() < 1e-7
     # A look-up that clamps at the edge of each face jumps there.
-    clamped = CubeFaces(faces.pixels)
-    clamped.__dict__["_padded"] = np.pad(faces.pixels, ((0, 0), (1, 1), (1, 1), (0, 0)), mode="edge")
-    assert np.abs(cube.sample(clamped, this) - cube.sample(clamped, that)).max() > 0.1
+    clamped = EnvironmentMap(CUBE, faces.pixels)
+    clamped.__dict__["padded"] = np.pad(faces.pixels, ((0, 0), (1, 1), (1, 1), (0, 0)), mode="edge")
+    assert np.abs(sample(clamped, this) - sample(clamped, that)).max() > 0.1
 
 
 def test_a_corner_is_the_mean_of_the_three_texels_that_meet() -> None:
     # As the driver has it: with faces 1, 2, 3, ... the direction (1, 1, 1) reads (1 + 3 + 5) / 3.
     faces = np.broadcast_to(np.arange(1, 7, dtype=np.float32)[:, None, None, None], (6, 2, 2, 3))
-    assert cube.sample(CubeFaces(np.ascontiguousarray(faces)), (1, 1, 1)) == pytest.approx([3, 3, 3], abs=1e-6)
-    assert cube.sample(CubeFaces(np.ascontiguousarray(faces)), (1, 1, 0)) == pytest.approx([2, 2, 2], abs=1e-6)
+    assert sample(EnvironmentMap(CUBE, np.ascontiguousarray(faces)), (1, 1, 1)) == pytest.approx([3, 3, 3], abs=1e-6)
+    assert sample(EnvironmentMap(CUBE, np.ascontiguousarray(faces)), (1, 1, 0)) == pytest.approx([2, 2, 2], abs=1e-6)
 
 
 def test_texels_read_back_at_their_own_centres() -> None:
     pixels = np.random.default_rng(6).uniform(size=(6, 5, 5, 3)).astype(np.float32)
-    assert np.abs(cube.sample(CubeFaces(pixels), texel_directions(5)) - pixels).max() < 1e-6
+    assert np.abs(sample(EnvironmentMap(CUBE, pixels), texel_directions(5)) - pixels).max() < 1e-6
 
 
 def test_padding_meets_its_neighbours_in_order() -> None:
@@ -217,7 +219,7 @@ def test_levels_are_seamless_too() -> None:
     levels = [rng.uniform(size=(6, n, n, 3)).astype(np.float32) for n in (4, 2, 1)]
     dirs = directions(500)
     for i, level in enumerate(levels):
-        assert np.abs(cube.sample_levels(levels, dirs, i) - cube.sample(CubeFaces(level), dirs)).max() < 1e-12
+        assert np.abs(cube.sample_levels(levels, dirs, i) - sample(EnvironmentMap(CUBE, level), dirs)).max() < 1e-12
 
 
 SQUARE = np.zeros((4, 4, 3))

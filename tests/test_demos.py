@@ -15,7 +15,7 @@ from glbump.demo.knot import knot
 from glbump.demo.noise import fractal, value_noise
 from glbump.errors import SceneError
 from glbump.maps.images import read_colour, read_height, read_normals
-from glbump.maps.panorama import latlong_dir
+from glbump.maps.layout import latlong_dir
 
 DEMOS = Path(__file__).parents[1] / "demos"
 

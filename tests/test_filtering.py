@@ -8,11 +8,12 @@ import pytest
 
 from glbump import reference
 from glbump.camera import Camera
+from glbump.environment import CubeMap, LatLong
 from glbump.gl.renderer import Renderer
 from glbump.quality import Quality
 from glbump.reference.filter import quad_differences
 from glbump.reference.shade import BACKGROUND
-from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
 
 MIRROR = Material(metallic=1, roughness=0)

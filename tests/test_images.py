@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from glbump.image import ArrayImage
 from glbump.maps import colour, files
 from glbump.maps.images import (
     TONES,
@@ -28,7 +29,6 @@ from glbump.maps.images import (
     write_display,
     write_picture,
 )
-from glbump.scene import ArrayImage
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 

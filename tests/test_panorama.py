@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from glbump.errors import ImageError
-from glbump.maps import cube, panorama
+from glbump.maps import cube, pyramid
 from glbump.maps.images import read_colour
-from glbump.maps.panorama import Panorama, latlong_dir, latlong_uv, panorama_from_picture, sample
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir, latlong_uv, sample
+from glbump.maps.panorama import cube_from_picture, panorama_from_picture
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 AXES = {
@@ -77,7 +78,7 @@ def test_near_the_pole_no_digit_is_lost() -> None:
 def test_a_linear_picture_reads_back_its_own_coordinate() -> None:
     height, width = 16, 32
     u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
-    pano = Panorama(np.stack([u, v, 0 * u], axis=-1).astype(np.float32))
+    pano = EnvironmentMap(LATLONG, (np.stack([u, v, 0 * u], axis=-1).astype(np.float32))[None])
     uv = np.random.default_rng(5).uniform((0.5 / width, 0.5 / height), (1 - 0.5 / width, 1 - 0.5 / height), (999, 2))
     got = sample(pano, latlong_dir(uv))
     assert np.abs(got[:, :2] - uv).max() < 1e-7  # float32 of the picture
@@ -86,8 +87,10 @@ def test_a_linear_picture_reads_back_its_own_coordinate() -> None:
 def test_the_seam_is_like_any_other_place() -> None:
     height, width = 8, 16
     column = np.cos(2 * np.pi * (np.arange(width) + 0.5) / width)
-    pano = Panorama(np.repeat(np.tile(column[None, :, None], (height, 1, 1)), 3, axis=2).astype(np.float32))
-    turned = Panorama(np.ascontiguousarray(np.roll(pano.pixels, width // 2, axis=1)))
+    pano = EnvironmentMap(
+        LATLONG, (np.repeat(np.tile(column[None, :, None], (height, 1, 1)), 3, axis=2).astype(np.float32))[None]
+    )
+    turned = EnvironmentMap(LATLONG, (np.ascontiguousarray(np.roll(pano.pixels[0], width // 2, axis=1)))[None])
     uv = np.stack([np.linspace(-0.1, 0.1, 101), np.full(101, 0.4)], axis=-1)
     at_seam = sample(pano, latlong_dir(uv))
     in_middle = sample(turned, latlong_dir(uv + (0.5, 0)))
@@ -107,20 +110,20 @@ def test_openexr_samples_lie_on_the_border() -> None:
     pixels = rng.uniform(size=(height, width, 3)).astype(np.float32)
     pixels[:, -1] = pixels[:, 0]
     pano = panorama_from_picture(picture(pixels, "latlong"))
-    assert pano.pixels.shape == (height, width - 1, 3)
+    assert pano.pixels.shape == (1, height, width - 1, 3)
     # Every sample off the poles is read back at its own direction, the duplicate column included.
     assert np.abs(sample(pano, dirs)[1:-1] - pixels[1:-1]).max() < 1e-6
     # Without the header's rule the same picture is half a turn and half a texel away.
-    assert np.abs(sample(Panorama(pixels), dirs)[1:-1] - pixels[1:-1]).max() > 0.1
+    assert np.abs(sample(EnvironmentMap(LATLONG, pixels[None]), dirs)[1:-1] - pixels[1:-1]).max() > 0.1
 
 
 def test_columns_that_differ_by_rounding_are_averaged() -> None:
     pixels = np.zeros((4, 8, 3), np.float32)
     pixels[:, 0], pixels[:, -1] = 1.0, 1.5
     pano = panorama_from_picture(picture(pixels, "latlong"))
-    assert pano.pixels.shape == (4, 7, 3)
-    assert (pano.pixels[:, 0] == 1.25).all()
-    assert (pano.pixels[:, 1:] == 0).all()
+    assert pano.pixels.shape == (1, 4, 7, 3)
+    assert (pano.pixels[0, :, 0] == 1.25).all()
+    assert (pano.pixels[0, :, 1:] == 0).all()
 
 
 def clipped_rmse(a: Any, b: Any, clip: float) -> float:
@@ -134,24 +137,24 @@ def clipped_rmse(a: Any, b: Any, clip: float) -> float:
 )
 def test_shipped_pairs_agree_in_random_directions(name: str, clip: float, most: float, slipped: float) -> None:
     pano = panorama_from_picture(shipped(f"{name}LatLong"))
-    faces = cube.cube_from_picture(shipped(f"{name}Cube"))
+    faces = cube_from_picture(shipped(f"{name}Cube"))
     dirs = directions(60_000)
-    truth = cube.sample(faces, dirs)
+    truth = sample(faces, dirs)
     assert clipped_rmse(sample(pano, dirs), truth, clip) < most
     for mirrored in ((-1, 1, 1), (1, -1, 1), (1, 1, -1), (-1, 1, -1)):
         assert clipped_rmse(sample(pano, dirs * mirrored), truth, clip) > 0.1
-    height, width = pano.pixels.shape[:2]
+    width, height = pano.size
     for u, v in ((0.5 / width, 0), (-0.5 / width, 0), (0, 0.5 / height), (0, -0.5 / height)):
-        wrong = replace(pano, uv_offset=(pano.uv_offset[0] + u, pano.uv_offset[1] + v))
+        wrong = replace(pano, offset=(pano.offset[0] + u, pano.offset[1] + v))
         assert clipped_rmse(sample(wrong, dirs), truth, clip) > slipped
-    assert clipped_rmse(sample(pano, dirs), cube.sample(replace(faces, border=False), dirs), clip) > most
+    assert clipped_rmse(sample(pano, dirs), sample(EnvironmentMap(CUBE, faces.pixels), dirs), clip) > most
 
 
 # Measured 0.0080 and 0.0397; with texel centres half a texel inside the border 0.0119 and 0.0434.
 @pytest.mark.parametrize(("name", "clip", "most"), [("KernerEnv", 4, 0.009), ("Orientation", 1, 0.042)])
 def test_shipped_pairs_agree_in_the_samples_of_the_cube(name: str, clip: float, most: float) -> None:
     pano = panorama_from_picture(shipped(f"{name}LatLong"))
-    faces = cube.cube_from_picture(shipped(f"{name}Cube")).pixels
+    faces = cube_from_picture(shipped(f"{name}Cube")).pixels
     n = faces.shape[1]
     at = np.arange(n) / (n - 1)
     on_border = cube.face_dir(np.arange(6)[:, None, None], at[None, None, :], at[None, :, None])
@@ -178,6 +181,6 @@ def test_pictures_that_are_no_panorama(shape: tuple[int, ...], envmap: str | Non
 
 def test_levels_end_in_the_mean() -> None:
     pixels = np.random.default_rng(1).uniform(size=(6, 11, 3)).astype(np.float32)
-    levels = panorama.levels(pixels)
+    levels = pyramid.chain(pixels)
     assert [level.shape[:2] for level in levels] == [(6, 11), (3, 5), (1, 2), (1, 1)]
     assert np.allclose(levels[-1], pixels.mean(axis=(0, 1), dtype=np.float64), atol=1e-7)

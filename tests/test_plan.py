@@ -10,12 +10,13 @@ import pytest
 
 from glbump.camera import Camera
 from glbump.contents import Contents
+from glbump.environment import CubeMap, LatLong
 from glbump.errors import LimitError, SceneError
 from glbump.gl.renderer import Renderer
 from glbump.gl.source import resolve
 from glbump.plan import Capabilities, Plan, make_plan
 from glbump.quality import Quality
-from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 MIRROR = Material(metallic=1, roughness=0)
@@ -94,8 +95,8 @@ def test_light_is_what_the_material_needs(
 
 
 def test_nothing_glossy_no_chain() -> None:
-    assert _plan(_scene(Surface(Sphere(), MIRROR))).gloss is None
-    assert _plan(_scene(Surface(Sphere(), MIRROR), Surface(Torus(), Material(roughness=0.3)))).gloss is not None
+    assert _plan(_scene(Surface(Sphere(), MIRROR))).environments[0].gloss is None
+    assert _plan(_scene(Surface(Sphere(), MIRROR), Surface(Torus(), Material(roughness=0.3)))).environments[0].gloss is not None
 
 
 def test_transforms_cost_only_what_they_need() -> None:
@@ -151,19 +152,19 @@ def test_closed_shapes_are_culled_unless_the_eye_is_in_them() -> None:
 def test_light_too_bright_for_halves_gets_floats() -> None:
     sun = LatLong(np.full((4, 8, 3), 1e5, np.float32))
     plan = _plan(_scene(Surface(Sphere(), MIRROR), environment=sun), "fast")
-    assert (plan.texture_format, plan.frame_format) == ("float", "float")
+    assert (plan.environments[0].texture_format, plan.frame_format) == ("float", "float")
     dim = LatLong(np.full((4, 8, 3), 1e3, np.float32), exposure=10)
     plan = _plan(_scene(Surface(Sphere(), MIRROR), environment=dim), "fast")
-    assert (plan.texture_format, plan.frame_format) == ("half", "float")
+    assert (plan.environments[0].texture_format, plan.frame_format) == ("half", "float")
     assert "65504" in plan.explain()
 
 
 def test_fast_looks_up_a_cube_no_larger_than_what_is_seen() -> None:
     big = LatLong(np.full((512, 1024, 3), 0.5, np.float32))
     scene = _scene(Surface(Sphere(), MIRROR), environment=big)
-    assert _plan(scene, "fast", (1024, 1024)).cube_size == 256  # the picture's own resolution
-    assert _plan(scene, "fast", (16, 16)).cube_size == 64  # the frame's
-    assert _plan(scene, "balanced", (1024, 1024)).cube_size is None
+    assert _plan(scene, "fast", (1024, 1024)).environments[0].size == 256  # the picture's own resolution
+    assert _plan(scene, "fast", (16, 16)).environments[0].size == 64  # the frame's
+    assert _plan(scene, "balanced", (1024, 1024)).environments[0].size is None
 
 
 def test_every_choice_is_explained() -> None:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from glbump.errors import LimitError
-from glbump.maps import cube, panorama
-from glbump.maps.cube import CubeFaces, solid_angles, texel_directions
+from glbump.maps import cube, layout
+from glbump.maps.cube import solid_angles, texel_directions
 from glbump.maps.images import read_colour
-from glbump.maps.panorama import Panorama, latlong_dir, panorama_from_picture
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir
+from glbump.maps.panorama import cube_from_picture, panorama_from_picture
 from glbump.maps.prefilter import area_faces, gloss_chain, sh9
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -40,24 +41,26 @@ def _pixels(radiance: Any, dirs: Any) -> Any:
     return np.repeat(radiance(dirs)[..., None], 3, axis=-1).astype(np.float32)
 
 
-def _latlong(radiance: Any) -> Panorama:
+def _latlong(radiance: Any) -> EnvironmentMap:
     u, v = np.meshgrid((np.arange(256) + 0.5) / 256, (np.arange(128) + 0.5) / 128)
-    return Panorama(_pixels(radiance, latlong_dir(np.stack([u, v], axis=-1))))
+    return EnvironmentMap(LATLONG, _pixels(radiance, latlong_dir(np.stack([u, v], axis=-1)))[None])
 
 
-def _latlong_on_border(radiance: Any) -> Panorama:
+def _latlong_on_border(radiance: Any) -> EnvironmentMap:
     """As OpenEXR has it: 255 columns after the duplicate, 128 rows from pole to pole, the centre +Z."""
     u, v = np.meshgrid(0.5 + np.arange(255) / 255, np.arange(128) / 127)
     dirs = latlong_dir(np.stack([u, v], axis=-1))
-    return Panorama(_pixels(radiance, dirs), uv_scale=(1.0, 127 / 128), uv_offset=(0.5 / 255 - 0.5, 0.5 / 128))
+    return EnvironmentMap(LATLONG, _pixels(radiance, dirs)[None], (1.0, 127 / 128), (0.5 / 255 - 0.5, 0.5 / 128))
 
 
 KINDS: dict[str, Any] = {
     "lat-long": _latlong,
     "lat-long on the border": _latlong_on_border,
-    "cube": lambda radiance: CubeFaces(_pixels(radiance, texel_directions(64))),
-    "large cube": lambda radiance: CubeFaces(_pixels(radiance, texel_directions(300))),
-    "cube on the border": lambda radiance: CubeFaces(_pixels(radiance, on_border(64)), border=True),
+    "cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_directions(64))),
+    "large cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_directions(300))),
+    "cube on the border": lambda radiance: EnvironmentMap(
+        CUBE, _pixels(radiance, on_border(64)), *layout.on_border((64, 64))
+    ),
 }
 
 
@@ -85,7 +88,7 @@ def test_a_point_light_shows_the_published_error() -> None:
     light = solid_angles(257)[128, 128] / np.pi  # its irradiance / pi, face on
     cosine = np.linspace(-1, 1, 20001)
     normals = np.stack([cosine, np.sqrt(1 - cosine**2), 0 * cosine], axis=-1)
-    got = (basis(normals) @ sh9(CubeFaces(faces)))[:, 0] / light
+    got = (basis(normals) @ sh9(EnvironmentMap(CUBE, faces)))[:, 0] / light
     assert got[-1] == pytest.approx(1.0625, abs=1e-4)
     assert got.min() == pytest.approx(-19 / 480, abs=1e-4)
     assert cosine[got.argmin()] == pytest.approx(-8 / 15, abs=1e-3)
@@ -94,17 +97,17 @@ def test_a_point_light_shows_the_published_error() -> None:
     assert cosine[error.argmax()] == pytest.approx(0, abs=1e-3)
 
 
-def texels(pano: Panorama) -> tuple[Any, Any, Any]:
+def texels(pano: EnvironmentMap) -> tuple[Any, Any, Any]:
     """Directions, solid angles and radiance of all texels of a lat-long picture, in rows."""
-    height, width = pano.pixels.shape[:2]
+    width, height = pano.size
     u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
-    uv = (np.stack([u, v], axis=-1) - pano.uv_offset) / pano.uv_scale
+    uv = (np.stack([u, v], axis=-1) - pano.offset) / pano.scale
     edges = np.cos(np.pi * np.clip((np.arange(height + 1) / height - pano.uv_offset[1]) / pano.uv_scale[1], 0, 1))
     area = np.repeat((edges[:-1] - edges[1:]) * 2 * np.pi / width, width)
     return latlong_dir(uv).reshape(-1, 3), area, pano.pixels.reshape(-1, 3).astype(np.float64)
 
 
-def shipped(name: str) -> Panorama:
+def shipped(name: str) -> EnvironmentMap:
     if not (DATA / name).exists():
         pytest.skip(f"needs ../shared/data/{name} beside the repository")
     return panorama_from_picture(read_colour(DATA / name))
@@ -136,7 +139,7 @@ def quadrature(dirs: Any, area: Any, radiance: Any, at: Any, alpha: float) -> An
 
 
 def test_levels_of_the_chain() -> None:
-    chain = gloss_chain(CubeFaces(np.ones((6, 16, 16, 3), np.float32)), 32, 16)
+    chain = gloss_chain(EnvironmentMap(CUBE, np.ones((6, 16, 16, 3), np.float32)), 32, 16)
     assert [level.shape for level in chain] == [(6, n, n, 3) for n in (32, 16, 8, 4)]
     assert {level.dtype for level in chain} == {np.dtype(np.float32)}
 
@@ -154,7 +157,7 @@ def test_the_lobe_itself(samples: int, most: float) -> None:
     faces[4, 20, 40] = 1e4
     sun, energy = texel_directions(64)[4, 20, 40], 1e4 * solid_angles(64)[20, 40]
     cosine = np.cos(np.linspace(0, np.pi / 2, 100_001))
-    for i, level in enumerate(gloss_chain(CubeFaces(faces), 64, samples)[1:], 1):
+    for i, level in enumerate(gloss_chain(EnvironmentMap(CUBE, faces), 64, samples)[1:], 1):
         towards = texel_directions(level.shape[1]) @ sun
         wanted, too_wide = (
             energy * lobe(towards, alpha) / (2 * np.pi * np.trapezoid(lobe(cosine, alpha), -cosine))
@@ -172,8 +175,8 @@ def test_the_lobe_itself(samples: int, most: float) -> None:
 def test_energy_is_kept_and_contrast_falls() -> None:
     """Blurring by a lobe that depends on one angle moves light about and loses none of it."""
     rng = np.random.default_rng(3)
-    faces = area_faces(CubeFaces(rng.exponential(size=(6, 16, 16, 3)).astype(np.float32)), 64)
-    chain = gloss_chain(CubeFaces(faces), 64, 64)
+    faces = area_faces(EnvironmentMap(CUBE, rng.exponential(size=(6, 16, 16, 3)).astype(np.float32)), 64)
+    chain = gloss_chain(EnvironmentMap(CUBE, faces), 64, 64)
     totals, spreads = [], []
     for level in chain:
         area = solid_angles(level.shape[1])[None, :, :, None]
@@ -214,7 +217,7 @@ def test_chain_against_quadrature_over_every_texel(name: str, samples: int, most
 @pytest.mark.parametrize(("size", "samples"), [(0, 64), (4, 64), (12, 64), (-8, 64), (64, 0)])
 def test_chains_that_cannot_be(size: int, samples: int) -> None:
     with pytest.raises(LimitError, match="gloss chain"):
-        gloss_chain(CubeFaces(np.ones((6, 4, 4, 3), np.float32)), size, samples)
+        gloss_chain(EnvironmentMap(CUBE, np.ones((6, 4, 4, 3), np.float32)), size, samples)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -230,10 +233,10 @@ def test_faces_hold_what_lies_there(kind: str, size: int) -> None:
 
 def test_faces_of_the_same_size_are_untouched_and_halved_ones_lose_no_light() -> None:
     faces = np.random.default_rng(4).exponential(size=(6, 64, 64, 3)).astype(np.float32)
-    assert np.array_equal(area_faces(CubeFaces(faces), 64), faces)
+    assert np.array_equal(area_faces(EnvironmentMap(CUBE, faces), 64), faces)
     total = (faces * solid_angles(64)[None, :, :, None]).sum(axis=(0, 1, 2))
     for size in (32, 8):
-        small = area_faces(CubeFaces(faces), size)
+        small = area_faces(EnvironmentMap(CUBE, faces), size)
         assert (small * solid_angles(size)[None, :, :, None]).sum(axis=(0, 1, 2)) == pytest.approx(total, rel=1e-6)
 
 
@@ -241,7 +244,7 @@ def test_faces_of_the_same_size_are_untouched_and_halved_ones_lose_no_light() ->
 def test_little_light_is_lost_from_a_panorama(width: int) -> None:
     """White noise, the worst there is: the light of all of it, at every ratio of sizes."""
     noise = np.random.default_rng(6).uniform(size=(width // 2, width, 3)).astype(np.float32)
-    pano = Panorama(noise)
+    pano = EnvironmentMap(LATLONG, noise[None])
     exact = 4 * np.pi * sh9(pano)[0]
     got = (area_faces(pano, 64) * solid_angles(64)[None, :, :, None]).sum(axis=(0, 1, 2))
     assert got == pytest.approx(exact, rel=2e-3)
@@ -250,7 +253,7 @@ def test_little_light_is_lost_from_a_panorama(width: int) -> None:
 def test_panorama_and_cube_agree_on_the_shipped_pair() -> None:
     """Two files of one environment: nine coefficients, sun and all."""
     pano = shipped("openexr/KernerEnvLatLong.exr")
-    faces = cube.cube_from_picture(read_colour(DATA / "openexr" / "KernerEnvCube.exr"))
+    faces = cube_from_picture(read_colour(DATA / "openexr" / "KernerEnvCube.exr"))
     a, b = sh9(pano), sh9(faces)
     assert np.abs(a - b).max() < 0.02 * a[0].max()
-    assert panorama.latlong_uv(a[[3, 1, 2], 0]) == pytest.approx(panorama.latlong_uv(b[[3, 1, 2], 0]), abs=2e-3)
+    assert layout.latlong_uv(a[[3, 1, 2], 0]) == pytest.approx(layout.latlong_uv(b[[3, 1, 2], 0]), abs=2e-3)

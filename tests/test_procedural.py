@@ -13,13 +13,14 @@ import pytest
 from glbump import reference
 from glbump.camera import Camera, pixel_rays
 from glbump.contents import TABLE, Contents
+from glbump.environment import Chrome, Fractal, Procedural, Sky
 from glbump.gl.renderer import Renderer
-from glbump.maps.panorama import Panorama, latlong_dir
+from glbump.maps.layout import LATLONG, latlong_dir
 from glbump.plan import Plan, make_plan
 from glbump.quality import Quality
 from glbump.reference import procedural
 from glbump.reference.computed import radiance, table
-from glbump.scene import Chrome, Fractal, Material, Procedural, Scene, Sky, Surface
+from glbump.scene import Material, Scene, Surface
 from glbump.scenefile import load_scene, save_scene
 from glbump.shapes import Sphere, Torus
 
@@ -305,13 +306,13 @@ def test_nothing_of_a_picture_is_compiled_or_uploaded(renderer: Renderer, enviro
         plan = renderer.plan(scene, (64, 64), quality)
         for vertex, fragment, defines in (
             ("surface.vert", "surface.frag", plan.surfaces[0].defines),
-            ("sky.vert", "sky.frag", plan.environment_defines),
+            ("sky.vert", "sky.frag", plan.environments[0].defines),
         ):
             names = set(renderer._program(vertex, fragment, defines).program)
             assert not names & {"environment", "texels_per_radian", "border", "gloss", "sh"}
             assert names & set(environment.arguments())
-        assert plan.cube_size is None
-        assert "ENVIRONMENT_BORDER" not in dict(plan.environment_defines)
+        assert plan.environments[0].size is None
+        assert "ENVIRONMENT_BORDER" not in dict(plan.environments[0].defines)
         assert "texture format" not in {c.what for c in plan.choices}
         assert f"environment         {environment.kind}: computed" in plan.explain()
     with Renderer(context=renderer.context) as fresh:
@@ -322,7 +323,7 @@ def test_nothing_of_a_picture_is_compiled_or_uploaded(renderer: Renderer, enviro
 def test_levels_are_footprints_unless_the_samples_average() -> None:
     scene = Scene([], Fractal())
     footprints = [
-        dict(_plan(scene, q).environment_defines)["ENVIRONMENT_FOOTPRINT"] for q in ("fast", "balanced", "exact")
+        dict(_plan(scene, q).environments[0].defines)["ENVIRONMENT_FOOTPRINT"] for q in ("fast", "balanced", "exact")
     ]
     assert footprints == [1, 1, 0]
 
@@ -331,14 +332,14 @@ def test_levels_are_footprints_unless_the_samples_average() -> None:
 def test_rough_and_matte_surfaces_are_lit(renderer: Renderer, environment: Procedural) -> None:
     """Diffuse and glossy light come from a table of the function, made once."""
     table_of = renderer.contents.environment(environment)
-    assert isinstance(table_of, Panorama)
-    assert table_of.pixels.shape == (TABLE[1], TABLE[0], 3)
+    assert table_of.layout is LATLONG
+    assert table_of.size == TABLE
     assert table_of is renderer.contents.environment(replace(environment, rotation=20, exposure=3))
     scene = Scene([Surface(Sphere(), Material(roughness=0.6))], environment, Camera(eye=(0, 0, 4)))
     small = Quality("exact", gloss_size=32, gloss_samples=32)
     got = renderer.render(scene, (32, 32), small).pixels[10:22, 10:22, :3]
     # All of the light is kept, so the ball is as bright as what is about it, more or less.
-    around = table_of.pixels.mean(axis=(0, 1))
+    around = table_of.pixels.mean(axis=(0, 1, 2))
     assert (got.mean(axis=(0, 1)) > 0.3 * around).all()
     assert (got.mean(axis=(0, 1)) < 3 * around).all()
 

@@ -10,9 +10,10 @@ import pytest
 
 from glbump import reference
 from glbump.camera import Camera
+from glbump.environment import CubeMap, LatLong
 from glbump.gl.renderer import Renderer
-from glbump.maps.panorama import latlong_dir
-from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
+from glbump.maps.layout import latlong_dir
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, Plane, Quad, Sphere, Torus, Transform
 
 F32 = npt.NDArray[np.float32]

@@ -14,23 +14,26 @@ import numpy as np
 import pytest
 
 from glbump.camera import Camera
-from glbump.errors import SceneError
-from glbump.quality import PRESETS, Quality, quality_of
-from glbump.scene import (
-    ArrayImage,
-    Bump,
+from glbump.environment import (
+    ENVIRONMENTS,
+    BoxBounds,
+    Captured,
     Chrome,
     CubeMap,
     Fractal,
+    HemiCube,
+    Hemisphere,
     LatLong,
-    Material,
-    NormalMap,
-    Scene,
+    LightProbe,
+    Octahedral,
+    Pictured,
     Sky,
-    Surface,
-    check_size,
-    with_value,
+    SphereBounds,
 )
+from glbump.errors import SceneError
+from glbump.image import ArrayImage
+from glbump.quality import PRESETS, Quality, quality_of
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface, check_size, with_value
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 NAN, INF = float("nan"), float("inf")
@@ -50,6 +53,13 @@ NEEDED: dict[type[Any], dict[str, Any]] = {
     Surface: {"shape": Sphere()},
     LatLong: {"image": "a.exr"},
     CubeMap: {"image": "a.exr"},
+    HemiCube: {"image": "a.exr"},
+    Hemisphere: {"image": "a.exr"},
+    Octahedral: {"image": "a.exr"},
+    LightProbe: {"image": "a.exr"},
+    Captured: {},
+    BoxBounds: {"low": (-1, -1, -1), "high": (1, 1, 1)},
+    SphereBounds: {"centre": (0, 0, 0), "radius": 1},
     Sky: {},
     Chrome: {},
     Fractal: {},
@@ -58,6 +68,8 @@ NEEDED: dict[type[Any], dict[str, Any]] = {
     Quality: {},
 }
 
+
+ROOM = BoxBounds((-1, -1, -1), (1, 1, 1))
 
 REFUSED = [
     (Quad, {"corners": 3}, r"quad\.corners must be 4 points of 3 numbers; got 3"),
@@ -134,6 +146,31 @@ REFUSED = [
     (Fractal, {"rock": ()}, r"environment\.rock must be 3 numbers; got \(\)"),
     (Fractal, {"snow": (INF, 0, 0)}, r"environment\.snow\[0\] must be .*; got inf"),
     (Fractal, {"steps": 7}, r"environment\.steps must be .*at least 8 and at most 1024; got 7"),
+    (HemiCube, {"image": ["a"] * 6}, r"environment\.image must be one picture or five .*; got 6"),
+    (HemiCube, {"orientation": "outside"}, r"unknown environment\.orientation 'outside'; .*opengl, inside"),
+    (HemiCube, {"below": "black"}, r'environment\.below must be "mirrored" or 3 numbers, a colour; got \'black\''),
+    (HemiCube, {"below": (1, 2)}, r"environment\.below must be 3 numbers; got \(1, 2\)"),
+    (Hemisphere, {"image": ["a"] * 5}, r"environment\.image must be a path or an array; got list"),
+    (Hemisphere, {"below": (-1, 0, 0)}, r"environment\.below\[0\] must be .*at least 0.*; got -1"),
+    (Hemisphere, {"projection": "fisheye"}, r"unknown environment\.projection 'fisheye'; .*equidistant"),
+    (Octahedral, {"image": 7}, r"environment\.image must be a path or an array; got int 7"),
+    (LightProbe, {"image": None}, r"environment\.image must be a path or an array; got NoneType"),
+    (LightProbe, {"projection": "mirrorball"}, r"unknown environment\.projection 'mirrorball'; .*'mirror-ball'"),
+    (LatLong, {"position": (0, 0)}, r"environment\.position must be 3 numbers; got \(0, 0\)"),
+    (LatLong, {"bounds": (0, 1)}, r"environment\.bounds must be one of BoxBounds, SphereBounds; got \(0, 1\)"),
+    (LatLong, {"bounds": ROOM, "position": (2, 0, 0)}, r"environment\.position must lie inside environment\.bounds"),
+    (LatLong, {"bounds": ROOM, "rotation": 1}, r"environment\.bounds is a box .*rotation must be 0; got 1"),
+    (Captured, {"size": 3}, r"environment\.size must be .*at least 4 .*; got 3"),
+    (Captured, {"faces": "sphere"}, r"unknown environment\.faces 'sphere'; .*cube, hemicube"),
+    (Captured, {"bounces": 0}, r"environment\.bounces must be .*at least 1 .*; got 0"),
+    (BoxBounds, {"low": (2, 0, 0)}, r"bounds\.low must be less than bounds\.high in x, y and z; got"),
+    (BoxBounds, {"high": (1, NAN, 1)}, r"bounds\.high\[1\] must be .*; got nan"),
+    (SphereBounds, {"centre": 1}, r"bounds\.centre must be 3 numbers; got 1"),
+    (SphereBounds, {"radius": 0}, r"bounds\.radius must be .*; got 0"),
+    (Surface, {"environment": "a.exr"}, r"surface\.environment must be one of Sky, .*Captured; got 'a\.exr'"),
+    (Scene, {"environment": Captured()}, r"scene\.environment must be what is far away, .*surface\.environment"),
+    (Material, {"transmission": 2}, r"material\.transmission must be .* at most 1; got 2"),
+    (Quality, {"direction_error": -1}, r"quality\.direction_error must be .*at least 0.*; got -1"),
     (Scene, {"surfaces": Surface(Sphere())}, r"scene\.surfaces must be a list of Surface; got Surface\("),
     (Scene, {"surfaces": [Sphere()]}, r"scene\.surfaces\[0\] must be a Surface; got Sphere"),
     (Scene, {"environment": "a.exr"}, r"scene\.environment must be one of Sky, .*LatLong, CubeMap.*; got 'a\.exr'"),
@@ -179,11 +216,8 @@ def test_every_field_is_in_the_table_above() -> None:
         ("Quality", "bump_filter"),
         ("Quality", "frame_format"),
         ("Quality", "environment_layout"),
-        *(
-            (cls.__name__, n)
-            for cls in (CubeMap, Sky, Chrome, Fractal)
-            for n in ("rotation", "exposure", "lookup", "background")
-        ),
+        # The fields of the classes they are derived from.
+        *((cls.__name__, f.name) for cls in ENVIRONMENTS if cls is not LatLong for f in fields(Pictured)),
     }
     assert missing <= same
 

@@ -15,8 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from glbump.camera import Camera
+from glbump.environment import Chrome, CubeMap, Fractal, LatLong, Sky
 from glbump.errors import SceneError
-from glbump.scene import Bump, Chrome, CubeMap, Fractal, LatLong, Material, NormalMap, Scene, Sky, Surface
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.scenefile import load_scene, save_scene, set_from_text
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
@@ -202,7 +203,9 @@ def test_round_trip(scene: Scene) -> None:
         ("transform = { scale = 0 }", r"surface.0.transform.scale must be at least 1e-18 .*; got \(0.0, 0.0, 0.0\)"),
         ("bump = { height = 'a.png' }", r"surface.0.bump.amplitude is missing"),
         ("bump = { hight = 'a.png' }", r"surface.0.bump needs a height or a normal_map"),
-        ("bump = 'a.png'", r"surface.0.bump needs a height or a normal_map, .*; got 'a.png'"),
+        ("bump = 'a.png'", r"surface.0.bump needs a height or a normal_map; got 'a.png'"),
+        ("environment = { kind = 'captured', bounds = { low = [0, 0, 0] } }", r"surface.0.environment.bounds.high is"),
+        ("environment = { kind = 'captured', bounds = 3 }", r"surface.0.environment.bounds needs a low or a radius; "),
         ("bump = { height = 'a', normal_map = 'b' }", r"surface.0.bump has both height and normal_map"),
         ("bump = { height = 3, amplitude = 1 }", r"surface.0.bump.height must be a path; got 3"),
         ("bump = { height = '', amplitude = 1 }", r"surface.0.bump.height must be a path; got ''"),

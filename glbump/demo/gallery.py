@@ -11,9 +11,10 @@ import numpy as np
 
 from glbump.camera import Camera
 from glbump.demo import knot, letters, panorama, relief
+from glbump.environment import Chrome, CubeMap, Fractal, LatLong
 from glbump.errors import SceneError, unknown
 from glbump.maps.files import write_atomically, write_display, write_picture
-from glbump.scene import Bump, Chrome, CubeMap, Fractal, LatLong, Material, NormalMap, Scene, Surface
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Sphere, Torus, Transform
 
 CHROME = Material(metallic=1, roughness=0)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.demo.noise import fractal, smooth_step, value_noise
-from glbump.maps.panorama import latlong_dir
+from glbump.maps.layout import latlong_dir
 
 F32 = npt.NDArray[np.float32]
 

@@ -21,9 +21,10 @@ from glbump.gl.source import resolve
 from glbump.gl.targets import Targets
 from glbump.gl.textures import Store
 from glbump.gl.uniforms import Sample, Uniforms, View
-from glbump.plan import GLOSSY, MESH, Capabilities, Plan, make_plan
+from glbump.plan import Capabilities, Plan, make_plan
+from glbump.plan.choices import GLOSSY, MESH
 from glbump.quality import Quality, quality_of
-from glbump.scene import Procedural, Scene, check_size
+from glbump.scene import Scene, check_size
 from glbump.shapes import MeshFile
 
 _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
@@ -35,12 +36,12 @@ _SAMPLERS = {"environment": _ENVIRONMENT, "slopes": _SLOPES, "gloss": _GLOSS}
 
 @dataclass(frozen=True)
 class Draw:
-    """One surface, or the sky: its program with the values of uniforms, its vertices, the slopes of its bumps."""
+    """One surface, or the sky: its program with the values of uniforms, its vertices, its textures with their units."""
 
     uniforms: Uniforms
     values: dict[str, Any]
     vertices: moderngl.VertexArray
-    slopes: moderngl.Texture | None = None
+    textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]]
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,6 @@ class Prepared:
     key: Hashable
     plan: Plan
     view: View
-    textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]]
     draws: list[Draw]
     sky: Draw | None
     stats: dict[str, Any]
@@ -153,12 +153,11 @@ class Renderer:
         plan = self.plan(scene, size, quality)
         view = View(scene, plan, self.contents)
         self._store.begin()
-        textures = self._textures(scene, plan)
         draws = [self._surface(scene, plan, view, i) for i in range(len(plan.surfaces))]
         sky = self._sky(plan, view) if plan.sky else None
         self._store.trim()
         stats = self._stats(scene, plan, draws)
-        self._last = Prepared(scene, key, plan, view, textures, draws, sky, stats, self._store.freed)
+        self._last = Prepared(scene, key, plan, view, draws, sky, stats, self._store.freed)
         return self._last
 
     def _stats(self, scene: Scene, plan: Plan, draws: list[Draw]) -> dict[str, Any]:
@@ -190,8 +189,6 @@ class Renderer:
 
     def _draw(self, ready: Prepared, targets: Targets) -> moderngl.Framebuffer:
         """All samples of the frame; the framebuffer that holds the result."""
-        for texture, unit in ready.textures:
-            texture.use(unit)
         samples = ready.plan.samples
         for number in range(samples):
             self._draw_sample(ready, ready.view.sample(number), targets)
@@ -208,8 +205,8 @@ class Renderer:
         gl.enable_only(moderngl.DEPTH_TEST)
         gl.depth_func = "<="
         for i, draw in enumerate(ready.draws):
-            if draw.slopes is not None:
-                draw.slopes.use(_SLOPES)
+            for texture, unit in draw.textures:
+                texture.use(unit)
             if ready.plan.surfaces[i].cull:
                 gl.enable(moderngl.CULL_FACE)
             else:
@@ -221,6 +218,8 @@ class Renderer:
         gl.front_face = "ccw"
         if ready.sky is not None:
             gl.disable(moderngl.CULL_FACE)
+            for texture, unit in ready.sky.textures:
+                texture.use(unit)
             ready.sky.uniforms.write(ready.sky.values)
             ready.sky.uniforms.write(sample.sky)
             ready.sky.vertices.render(vertices=3)
@@ -243,22 +242,19 @@ class Renderer:
         uniforms.write({"sample_picture": _FRAME, "premultiplied": _FRAME, "weight": weight})
         uniforms.vertices.render(vertices=3)
 
-    def _textures(self, scene: Scene, plan: Plan) -> list[tuple[moderngl.Texture | moderngl.TextureCube, int]]:
-        """What all surfaces share, each with its unit."""
-        textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]] = []
-        mirrors = any(s.has("LIGHT") != GLOSSY for s in plan.surfaces)
-        if (plan.sky or mirrors) and not isinstance(scene.environment, Procedural):
-            textures.append((self._store.environment(scene.environment, plan), _ENVIRONMENT))
-        if plan.gloss is not None:
-            textures.append((self._store.gloss(scene.environment, plan), _GLOSS))
-        return textures
-
     def _surface(self, scene: Scene, plan: Plan, view: View, index: int) -> Draw:
         surface, how = scene.surfaces[index], plan.surfaces[index]
+        environment = plan.environments[how.environment]
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
-        values = _SAMPLERS | view.environment | view.surfaces[index]
-        slopes = self._store.slopes(surface.bump, plan) if surface.bump is not None and how.has("BUMP") else None
-        return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), slopes)
+        values = _SAMPLERS | view.environments[how.environment] | view.surfaces[index]
+        textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]] = []
+        if how.has("LIGHT") == GLOSSY:
+            textures.append((self._store.gloss(environment), _GLOSS))
+        elif environment.layout is not None:
+            textures.append((self._store.environment(environment), _ENVIRONMENT))
+        if surface.bump is not None and how.has("BUMP"):
+            textures.append((self._store.slopes(surface.bump, plan), _SLOPES))
+        return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), textures)
 
     def _mesh(self, scene: Scene, plan: Plan, index: int) -> Any:
         how = plan.surfaces[index]
@@ -271,8 +267,10 @@ class Renderer:
         return self._store.mesh(shape, how.segments, attributes, repeat)
 
     def _sky(self, plan: Plan, view: View) -> Draw:
-        uniforms = self._program("sky.vert", "sky.frag", plan.environment_defines)
-        return Draw(uniforms, _SAMPLERS | view.environment, uniforms.vertices)
+        environment = plan.environments[0]
+        uniforms = self._program("sky.vert", "sky.frag", environment.defines)
+        textures = [] if environment.layout is None else [(self._store.environment(environment), _ENVIRONMENT)]
+        return Draw(uniforms, _SAMPLERS | view.environments[0], uniforms.vertices, textures)
 
     # ------------------------------------------------------------ what is kept between frames
 

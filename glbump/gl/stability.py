@@ -16,14 +16,15 @@ import numpy.typing as npt
 from glbump import reference
 from glbump.camera import Camera
 from glbump.contents import Contents
+from glbump.environment import LatLong
 from glbump.gl.context import Context
 from glbump.gl.probe import odd_mips
 from glbump.gl.renderer import Renderer
-from glbump.maps.panorama import latlong_dir
+from glbump.maps.layout import latlong_dir
 from glbump.maps.pyramid import chain
 from glbump.mesh import Mesh, in_repeats
 from glbump.quality import Quality
-from glbump.scene import Bump, LatLong, Material, Scene, Surface
+from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Plane, Quad, Shape, Sphere, Transform
 
 Floats = npt.NDArray[np.floating[Any]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,13 +14,14 @@ import numpy.typing as npt
 from glbump.contents import Contents, bump_key, environment_key, shape_key
 from glbump.gl.context import Context
 from glbump.gl.levels import cube_texture, texture_2d
-from glbump.maps.cube import CubeFaces
-from glbump.maps.panorama import Panorama
+from glbump.maps.layout import CUBE, LATLONG, Layout, environment_levels, resampled, sheet
 from glbump.maps.pyramid import chain
 from glbump.mesh import in_frame, in_repeats, outline
-from glbump.plan import Plan
-from glbump.scene import Bump, Environment, NormalMap
+from glbump.plan import EnvironmentPlan, Plan
+from glbump.scene import Bump, NormalMap
 from glbump.shapes import Shape
+
+F32 = npt.NDArray[np.float32]
 
 _DTYPES = {"half": "f2", "float": "f4"}
 _FILTERS = {
@@ -110,39 +111,52 @@ class Store:
         self._in_use.add(key)
         return self._kept[key][0]
 
-    def environment(self, environment: Environment, plan: Plan) -> moderngl.Texture | moderngl.TextureCube:
-        """The environment's picture as the plan wants it: a lat-long texture, or a cube."""
+    def environment(self, plan: EnvironmentPlan) -> moderngl.Texture | moderngl.TextureCube:
+        """An environment's texels as its plan wants them."""
         key = (
             "environment",
-            environment_key(environment),
-            plan.cube_size,
+            environment_key(plan.environment),
+            plan.layout,
+            plan.size,
             plan.texture_format,
-            plan.environment_filter,
+            plan.filter,
         )
-        return self._get(key, lambda: self._make_environment(environment, plan))
+        return self._get(key, lambda: self._make_environment(plan))
 
-    def _make_environment(self, environment: Environment, plan: Plan) -> tuple[Any, int]:
-        picture = self._contents.environment(environment)
-        if isinstance(picture, Panorama) and plan.cube_size is None:
-            return self.panorama(picture, plan.texture_format, plan.environment_filter)
+    def _make_environment(self, plan: EnvironmentPlan) -> tuple[Any, int]:
+        picture = self._contents.environment(plan.environment)
         dtype = _DTYPES[plan.texture_format]
-        with_levels = plan.environment_filter != "bilinear"
-        if isinstance(picture, CubeFaces):
-            texture = cube_texture(self._context, chain(picture.pixels) if with_levels else [picture.pixels], dtype)
-        else:
+        if plan.size is not None and picture.layout is LATLONG and plan.layout is CUBE:
             from glbump.gl.bake import cube_of_panorama
 
-            texture = cube_of_panorama(self._context, picture, plan)
-            if with_levels:
+            texture: moderngl.Texture | moderngl.TextureCube = cube_of_panorama(
+                self._context, picture, plan.size, dtype
+            )
+            if plan.filter != "bilinear":
                 texture.build_mipmaps()
-        texture.filter = _FILTERS[plan.environment_filter]
-        return texture, _bytes_of(texture.size, 6 * texture.components, dtype, plan.environment_filter)
+            texels = 6 * plan.size**2 * texture.components
+            size = texels * int(dtype[1]) * (4 if plan.filter != "bilinear" else 3) // 3
+        else:
+            if plan.size is not None and plan.layout is not None:
+                picture = resampled(picture, plan.layout, plan.size)
+            levels = environment_levels(picture) if plan.filter != "bilinear" else [picture.pixels]
+            texture, size = self.panorama(picture.layout, levels, dtype)
+        texture.filter = _FILTERS[plan.filter if plan.layout in (LATLONG, CUBE) else "bilinear"]
+        return texture, size
 
-    def panorama(self, picture: Panorama, texture_format: str, how: str) -> tuple[moderngl.Texture, int]:
-        """A lat-long texture: repeats in u, clamps in v, row 0 on top at t = 0."""
-        texture = self._texture_2d(picture.pixels, texture_format, how)
-        texture.repeat_y = False
-        return texture, _bytes_of(texture.size, 3, _DTYPES[texture_format], how)
+    def panorama(self, layout: Layout, levels: Sequence[F32], dtype: str) -> tuple[Any, int]:
+        """A texture of an environment's levels (tiles, h, w, 3), and its bytes: a cube, a picture that repeats in u, or
+        a column of tiles, each in a border of its neighbours' texels."""
+        if layout is CUBE:
+            texture: Any = cube_texture(self._context, levels, dtype)
+        elif layout is LATLONG:
+            texture = texture_2d(self._context, [level[0] for level in levels], dtype)
+            texture.repeat_y = False
+        else:
+            levels = [sheet(layout, levels)]
+            texture = texture_2d(self._context, levels, dtype)
+            texture.repeat_x = texture.repeat_y = False
+        return texture, sum(level.size for level in levels) * int(dtype[1])
 
     def slopes(self, bump: Bump | NormalMap, plan: Plan) -> moderngl.Texture:
         """Slopes as a texture that repeats, turned so that t = 0 is the picture's lower edge: v up."""
@@ -156,17 +170,17 @@ class Store:
         result: moderngl.Texture = self._get(key, make)
         return result
 
-    def gloss(self, environment: Environment, plan: Plan) -> moderngl.TextureCube:
-        """The roughness chain."""
+    def gloss(self, plan: EnvironmentPlan) -> moderngl.TextureCube:
+        """An environment's roughness chain."""
         assert plan.gloss is not None
         size, samples = plan.gloss
 
         def make() -> tuple[Any, int]:
-            chain = self._contents.gloss(environment, size, samples)
+            chain = self._contents.gloss(plan.environment, size, samples)
             dtype = _DTYPES[plan.texture_format]
             return cube_texture(self._context, chain, dtype), sum(level.size for level in chain) * int(dtype[1])
 
-        key = ("gloss", environment_key(environment), plan.gloss, plan.texture_format)
+        key = ("gloss", environment_key(plan.environment), plan.gloss, plan.texture_format)
         result: moderngl.TextureCube = self._get(key, make)
         return result
 

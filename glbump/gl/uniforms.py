@@ -13,16 +13,20 @@ import numpy.typing as npt
 
 from glbump.camera import projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
+from glbump.environment import Procedural
 from glbump.gl.textures import MeshBuffers
-from glbump.maps.cube import CubeFaces
-from glbump.maps.panorama import Panorama
+from glbump.maps.layout import EnvironmentMap, level_sizes, sheet_corners
 from glbump.mesh import outline_matrix
-from glbump.plan import BY_PIXEL, GENERAL, GLOSSY, MESH, Plan
+from glbump.plan import EnvironmentPlan, Plan
+from glbump.plan.choices import BY_PIXEL, GENERAL, MESH
 from glbump.reference.reflect import f0_from_ior
-from glbump.scene import Bump, Environment, Procedural, Scene, Surface
+from glbump.scene import Bump, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
+
+MOST_LEVELS = 15
+"""Of an environment in tiles: as many as 16384 texels have, and as environment_input.glsl has places for."""
 
 
 class Uniforms:
@@ -45,8 +49,10 @@ class Uniforms:
             if uniform is not None and self._written.get(name) is not value:
                 self._written[name] = value
                 if isinstance(value, np.ndarray):
-                    # OpenGL wants columns one after another; rows of vectors stand so already.
-                    columns = value.T if value.ndim == 2 and value.shape[0] == value.shape[1] else value
+                    # OpenGL wants columns one after another; rows of vectors stand so already, and a compiler may
+                    # have cut an array to those that are read.
+                    is_matrix = value.shape[0] == value.shape[-1]
+                    columns = value.T if is_matrix else value[: uniform.array_length]
                     uniform.write(np.ascontiguousarray(columns, np.float32).tobytes())
                 else:
                     uniform.value = value
@@ -82,7 +88,7 @@ class View:
 
     def __init__(self, scene: Scene, plan: Plan, contents: Contents) -> None:
         self._scene, self._plan = scene, plan
-        self.environment = environment_uniforms(scene.environment, plan, contents)
+        self.environments = [environment_uniforms(e, plan.samples, contents) for e in plan.environments]
         self.surfaces = [surface_uniforms(scene, plan, i, contents) for i in range(len(scene.surfaces))]
         self.mirrored = [surface.transform.mirrors for surface in scene.surfaces]
         self._view = view_matrix(scene.camera)
@@ -137,24 +143,28 @@ def world_from_object(surface: Surface, contents: Contents) -> F64:
     return result
 
 
-def environment_uniforms(environment: Environment, plan: Plan, contents: Contents) -> dict[str, Any]:
+def environment_uniforms(plan: EnvironmentPlan, samples: int, contents: Contents) -> dict[str, Any]:
     """Of environment_input.glsl, all but the sampler."""
-    values = {"footprint": plan.samples**-0.5, "exposure_factor": 2.0**environment.exposure}
+    environment = plan.environment
+    values = {"footprint": samples**-0.5, "exposure_factor": 2.0**environment.exposure}
     if isinstance(environment, Procedural):
         return values | environment.arguments()
-    return values | _picture_uniforms(contents.environment(environment), plan)
-
-
-def _picture_uniforms(picture: Panorama | CubeFaces, plan: Plan) -> dict[str, Any]:
-    height = picture.pixels.shape[1] if isinstance(picture, CubeFaces) else picture.pixels.shape[0]
-    face = plan.cube_size or height
-    # Texels per radian at the middle of a face: its 2 units of tangent hold `face` texels.
-    per_radian = height / np.pi if isinstance(picture, Panorama) and plan.cube_size is None else face / 2.0
-    values: dict[str, Any] = {"texels_per_radian": per_radian}
-    if isinstance(picture, Panorama):
-        values["border"] = (*picture.uv_scale, *picture.uv_offset)
-    elif picture.border:
-        values["border"] = ((height - 1) / height, 0.0, 0.0, 0.0)
+    if plan.size is not None and plan.layout is not None:
+        _, height, width = plan.layout.shape(plan.size)
+        picture = EnvironmentMap(plan.layout, np.empty((plan.layout.tiles, height, width, 0), np.float32))
+    else:
+        picture = contents.environment(environment)
+    width, height = picture.size
+    values["texels_per_radian"] = picture.texels_per_radian
+    sizes = level_sizes(picture)
+    corners = sheet_corners(picture.layout.tiles, sizes)
+    places = [(*corner, *size) for corner, size in zip(corners, sizes)]
+    values["level_place"] = np.array(places + places[-1:] * (MOST_LEVELS - len(places)), np.float64)
+    values["last_level"] = len(sizes) - 1
+    values["border"] = (*picture.scale, *picture.offset)
+    below = getattr(environment, "below", None)
+    if isinstance(below, tuple):
+        values["below"] = below
     return values
 
 
@@ -165,7 +175,8 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     matrix = world_from_object(surface, contents)
     # Of the lengths that `env_from_object` leaves; an orthogonal matrix leaves them all alike.
     world_unit = unit * float(np.abs(np.asarray(surface.transform.scale)).max())
-    linear = scene.environment.env_from_world() @ matrix[:3, :3] / world_unit
+    environment = plan.environments[how.environment]
+    linear = environment.environment.env_from_world() @ matrix[:3, :3] / world_unit
     values: dict[str, Any] = {
         "env_from_object": linear,
         "eye_object": _eye(scene, surface, contents),
@@ -198,10 +209,10 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     if how.has("DIFFUSE"):
         values["dielectric_f0"] = (float(f0),) * 3
         values["diffuse_color"] = tuple((1 - material.metallic) * color)
-        values["sh"] = contents.irradiance(scene.environment)
-    if how.has("LIGHT") == GLOSSY and plan.gloss is not None:
+        values["sh"] = contents.irradiance(environment.environment)
+    if environment.gloss is not None:
         values["roughness"] = material.roughness
-        values["gloss_level"] = material.roughness * (np.log2(plan.gloss[0]) - 2)
+        values["gloss_level"] = material.roughness * (np.log2(environment.gloss[0]) - 2)
     return values
 
 

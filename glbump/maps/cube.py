@@ -7,17 +7,9 @@ lie at half texels, except in OpenEXR cubes, whose outermost samples lie on the 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-
-from glbump.errors import ImageError, unknown
-
-if TYPE_CHECKING:
-    from glbump.maps.images import Picture
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
@@ -32,74 +24,6 @@ PIECE = 1 << 13
 _MAJOR = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)
 _ALONG_S = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0]], np.float64)
 _ALONG_T = np.array([[0, -1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [0, -1, 0], [0, -1, 0]], np.float64)
-
-
-@dataclass(frozen=True, eq=False)
-class CubeFaces:
-    """Six faces by the OpenGL table.
-
-    pixels: (6, N, N, 3) float32, linear light. border: an OpenEXR cube, whose outermost samples lie on the
-    border of the face; a direction looks there with both minor components times (N - 1) / N.
-    """
-
-    pixels: F32
-    border: bool = False
-
-    @cached_property
-    def _padded(self) -> F32:
-        return pad(self.pixels)
-
-
-def cube_from_picture(picture: Picture | Sequence[Picture], orientation: str = "opengl") -> CubeFaces:
-    """Six square pictures, one column of six faces, or a picture that is an array (6, N, N, 3), as CubeFaces.
-
-    orientation: "opengl", or "inside" for pictures of what one sees from inside, as OpenEXR lays its cubes; a
-    picture whose header says `envmap = cube` decides by itself. ImageError for any other layout.
-    """
-    if isinstance(picture, Sequence):
-        return _cube_from_six(picture, orientation)
-    pixels, name = picture.pixels, picture.name
-    shape = pixels.shape
-    if picture.envmap == "latlong":
-        raise ImageError(f'{name}: the header says it is a lat-long picture, not a cube; use kind = "lat-long"')
-    if len(shape) == 3 and shape[0] == 6 * shape[1]:
-        pixels = pixels.reshape(6, shape[1], shape[1], shape[2])
-    if pixels.shape != (6, pixels.shape[1], pixels.shape[1], 3):
-        got = f"{shape[1]}x{shape[0]}" if len(shape) == 3 else "an array " + " x ".join(map(str, shape))
-        raise ImageError(
-            f"{name}: a cube map in one picture must be a column of six square faces, {' '.join(FACES)} from "
-            f"the top, so six times as high as wide, or an array 6 x N x N x 3; got {got}; "
-            "give one of these, or six pictures"
-        )
-    border = picture.envmap == "cube"
-    if border and pixels.shape[1] < 2:
-        raise ImageError(f"{name}: an OpenEXR cube must have faces of at least 2x2 samples; got 1x1")
-    return CubeFaces(_oriented(pixels, "inside" if border else orientation), border)
-
-
-def _cube_from_six(pictures: Sequence[Picture], orientation: str) -> CubeFaces:
-    if len(pictures) != 6:
-        raise ImageError(f"a cube map needs six pictures, {' '.join(FACES)}; got {len(pictures)}")
-    first = pictures[0]
-    for face, picture in zip(FACES, pictures, strict=True):
-        height, width = picture.pixels.shape[:2]
-        if height != width:
-            raise ImageError(f"{picture.name}: face {face} of a cube map must be square; got {width}x{height}; crop it")
-        if picture.pixels.shape != first.pixels.shape:
-            raise ImageError(
-                f"{picture.name}: face {face} is {width}x{width} but face +X, {first.name}, is "
-                f"{first.pixels.shape[1]}x{first.pixels.shape[0]}; all six must have one size"
-            )
-    return CubeFaces(_oriented(np.stack([picture.pixels for picture in pictures]), orientation))
-
-
-def _oriented(faces: npt.NDArray[Any], orientation: str) -> F32:
-    """Faces as the OpenGL table has them; seen from inside, sides are mirrored in s, top and bottom in t."""
-    if orientation == "inside":
-        faces = np.stack([face[::-1] if 2 <= i < 4 else face[:, ::-1] for i, face in enumerate(faces)])
-    elif orientation != "opengl":
-        raise ImageError(unknown("orientation of cube faces", orientation, ("opengl", "inside")))
-    return np.ascontiguousarray(faces, np.float32)
 
 
 def face_axes() -> F64:
@@ -243,18 +167,6 @@ def _look_up(texels: F32, origin: Index | int, n: npt.ArrayLike, face: Index, s:
     width = size + 2
     first = origin + (face * width + top.astype(np.intp)) * width + left.astype(np.intp)
     return bilinear(texels, (first, first + 1, first + width, first + width + 1), x - left, y - top)
-
-
-def sample(cube: CubeFaces, dir: npt.ArrayLike) -> F64:
-    """Radiance (..., 3) float64 in directions (..., 3): bilinear and seamless across edges and corners."""
-    n, texels = cube.pixels.shape[1], cube._padded.reshape(-1, cube.pixels.shape[-1])
-    inset = (n - 1) / n if cube.border else 1.0
-
-    def look_up(d: F64) -> F64:
-        face, s, t = face_of(d)
-        return _look_up(texels, 0, n, face, 0.5 + (s - 0.5) * inset, 0.5 + (t - 0.5) * inset)
-
-    return by_pieces(look_up, dir)
 
 
 def sample_levels(levels: Sequence[F32], dir: npt.ArrayLike, lod: npt.ArrayLike) -> F64:

@@ -1,20 +1,21 @@
 """An environment as texels: its layout says which direction each place of its tiles shows.
 
-One map class for all layouts. A tile is a rectangle of texels: a lat-long picture is one tile, a cube six, a hemicube six
-half faces. The coordinate of a place on a tile is (s, t) * scale + offset, so that pictures whose outermost samples lie
-on the border (OpenEXR's) are read where they are.
+One map class for all layouts. A tile is a rectangle of texels: a lat-long picture is one tile, a cube six, a hemicube
+six half faces. The coordinate of a place on a tile is (s, t) * scale + offset, so that pictures whose outermost samples
+lie on the border (OpenEXR's) are read where they are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from glbump.maps import projections
+from glbump.maps import projections, pyramid
 from glbump.maps.cube import bilinear, by_pieces, face_dir, face_of, pad
 from glbump.maps.projections import Place
 
@@ -64,7 +65,7 @@ class Layout:
 
     place(dir (..., 3), any length) -> tile, s, t; dir(tile, s, t) -> unit (..., 3). aspect: a tile's width over its
     height. whole: shows the whole sphere; else directions of y < 0 have no place of their own. disc: what is more than
-    1/2 from a tile's middle is no part of the picture.
+    1/2 from a tile's middle is no part of the picture. span: degrees that a tile's height shows.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Layout:
     dir: Callable[[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike], F64]
     whole: bool = True
     disc: bool = False
+    span: float = 180.0
 
     def __repr__(self) -> str:
         return f"Layout({self.name})"
@@ -84,8 +86,8 @@ class Layout:
 
 
 LATLONG = Layout("lat-long", 1, 2, _latlong_place, _latlong_dir)
-CUBE = Layout("cube", 6, 1, face_of, _cube_dir)
-HEMICUBE = Layout("hemicube", 6, 2, projections.hemicube_place, projections.hemicube_dir, whole=False)
+CUBE = Layout("cube", 6, 1, face_of, _cube_dir, span=90)
+HEMICUBE = Layout("hemicube", 6, 2, projections.hemicube_place, projections.hemicube_dir, whole=False, span=45)
 OCTAHEDRAL = Layout("octahedral", 1, 1, projections.octahedral_place, projections.octahedral_dir)
 PARABOLOID = Layout("dual-paraboloid", 2, 1, projections.paraboloid_place, projections.paraboloid_dir, disc=True)
 EQUAL_AREA, EQUIDISTANT, ORTHOGRAPHIC = (
@@ -96,8 +98,10 @@ EQUAL_AREA, EQUIDISTANT, ORTHOGRAPHIC = (
         ("orthographic", projections.orthographic_place, projections.orthographic_dir),
     )
 )
-ANGULAR = Layout("angular", 1, 1, projections.angular_place, projections.angular_dir, disc=True)
-MIRROR_BALL = Layout("mirror-ball", 1, 1, projections.mirror_ball_place, projections.mirror_ball_dir, disc=True)
+ANGULAR = Layout("angular", 1, 1, projections.angular_place, projections.angular_dir, disc=True, span=360)
+MIRROR_BALL = Layout(
+    "mirror-ball", 1, 1, projections.mirror_ball_place, projections.mirror_ball_dir, disc=True, span=360
+)
 
 LAYOUTS = {
     layout.name: layout
@@ -140,6 +144,17 @@ class EnvironmentMap:
         """Whether texture coordinates differ from places."""
         return self.scale != (1.0, 1.0) or self.offset != (0.0, 0.0)
 
+    @property
+    def texels_per_radian(self) -> float:
+        """At the middle of a face or of a lat-long picture; on other layouts the root of texels per steradian."""
+        width, height = self.size
+        if self.layout is LATLONG:
+            return height / np.pi
+        if self.layout in (CUBE, HEMICUBE):
+            return width / 2
+        texels = self.layout.tiles * width * height * (np.pi / 4 if self.layout.disc else 1.0)
+        return math.sqrt(texels / (4 * np.pi if self.layout.whole else 2 * np.pi))
+
     def texel_dirs(self) -> F64:
         """(tiles, H, W, 3) float64 unit directions of the texel centres."""
         return texel_dirs(self.layout, self.size, self.scale, self.offset)
@@ -177,7 +192,7 @@ def above(layout: Layout, dir: F64) -> F64:
 
 def completed(layout: Layout, pixels: F32) -> F32:
     """Pixels (tiles, H, W, C) whose texels outside the picture hold what the picture shows in their direction."""
-    tiles, height, width, channels = pixels.shape
+    tiles, height, width, _ = pixels.shape
     if not layout.disc:
         return pixels
     outside = np.broadcast_to(~inside(layout, (width, height)), (tiles, height, width))
@@ -189,7 +204,7 @@ def completed(layout: Layout, pixels: F32) -> F32:
 
 
 def _nearest(layout: Layout, pixels: F32, dirs: F64) -> F32:
-    tiles, height, width, channels = pixels.shape
+    _, height, width, _ = pixels.shape
     tile, s, t = layout.place(dirs)
     if layout.disc:
         # A texel whose centre is inside lies at most half a texel's diagonal nearer to the middle.
@@ -255,6 +270,49 @@ def sample(environment: EnvironmentMap, dir: npt.ArrayLike) -> F64:
         return bilinear(texels, (first, first + 1, first + columns, first + columns + 1), x - left, y - top)
 
     return by_pieces(look_up, dir)
+
+
+def resampled(environment: EnvironmentMap, layout: Layout, size: int) -> EnvironmentMap:
+    """The environment in another layout, one bilinear read for each texel."""
+    _, height, width = layout.shape(size)
+    pixels = sample(environment, texel_dirs(layout, (width, height))).astype(np.float32)
+    return EnvironmentMap(layout, pixels, notes=environment.notes)
+
+
+def environment_levels(environment: EnvironmentMap) -> list[F32]:
+    """Mip levels (tiles, h, w, 3) by box averages, the environment's own texels first, tiles of one texel last."""
+    return pyramid.chain(environment.pixels)
+
+
+def level_sizes(environment: EnvironmentMap) -> list[tuple[int, int]]:
+    """Width and height of a tile in each of environment_levels."""
+    width, height = environment.size
+    return [(max(width >> i, 1), max(height >> i, 1)) for i in range(max(width, height).bit_length())]
+
+
+def sheet_corners(tiles: int, sizes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """x, y of the upper left texel of each level on `sheet`: level 0, and below it the others side by side."""
+    across = np.cumsum([0] + [width + 2 for width, _ in sizes[1:]])
+    return [(0, 0)] + [(int(x), tiles * (sizes[0][1] + 2)) for x in across[: len(sizes) - 1]]
+
+
+def sheet(layout: Layout, levels: Sequence[F32]) -> F32:
+    """All levels (tiles, h, w, C) on one picture (H, W, C), for textures without levels of their own: each level a column
+    of its tiles, each tile in a border of its neighbours' texels.
+
+    A texture's levels would halve the borders too, and llvmpipe reads four pixels' levels as one.
+    """
+    tiles, channels = layout.tiles, levels[0].shape[-1]
+    sizes = [(level.shape[2], level.shape[1]) for level in levels]
+    corners = sheet_corners(tiles, sizes)
+    width = max(x + w + 2 for (x, _), (w, _) in zip(corners, sizes))
+    height = max(y + tiles * (h + 2) for (_, y), (_, h) in zip(corners, sizes))
+    result = np.zeros((height, width, channels), np.float32)
+    for (x, y), level in zip(corners, levels):
+        column = padded(layout, level)
+        column = column.reshape(-1, *column.shape[2:])
+        result[y : y + column.shape[0], x : x + column.shape[1]] = column
+    return result
 
 
 def on_border(size: tuple[int, int]) -> tuple[Pair, Pair]:

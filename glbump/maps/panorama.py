@@ -1,44 +1,29 @@
-"""Latitude-longitude pictures: directions <-> texture coordinates, and float64 look-ups.
+"""Pictures as environments: lat-long pictures and cubes, as their shape or their OpenEXR header says.
 
-glbump's lat-long: u = 1/2 + atan2(x, -z) / 2 pi, v = angle from +Y / pi, v down; the centre is -Z, seen from
-inside, unmirrored, texel centres at half texels. OpenEXR's lat-long has its centre at +Z and its outermost
-samples on the border of the picture; both differences are one scale and one offset of the coordinate.
+OpenEXR's lat-long has its centre at +Z and its outermost samples on the border of the picture; both differences are one
+scale and one offset of the coordinate. Its cubes have their outermost samples on the border of each face.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from glbump.errors import ImageError
-from glbump.maps import pyramid
-from glbump.maps.cube import bilinear, by_pieces
+from glbump.errors import ImageError, unknown
+from glbump.maps.cube import FACES
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, on_border
 
 if TYPE_CHECKING:
     from glbump.maps.images import Picture
 
 F32 = npt.NDArray[np.float32]
-F64 = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Panorama:
-    """A lat-long picture as a texture.
-
-    pixels: (H, W, 3) float32, linear light, row 0 on top; repeats in u, clamps in v.
-    The texture coordinate of a direction is latlong_uv(dir) * uv_scale + uv_offset.
-    """
-
-    pixels: F32
-    uv_scale: tuple[float, float] = (1.0, 1.0)
-    uv_offset: tuple[float, float] = (0.0, 0.0)
-
-
-def panorama_from_picture(picture: Picture) -> Panorama:
-    """The picture as a Panorama; ImageError when it is not 2:1 or its header says it is a cube.
+def panorama_from_picture(picture: Picture) -> EnvironmentMap:
+    """The picture as an EnvironmentMap; ImageError when it is not 2:1 or its header says it is a cube.
 
     With OpenEXR's header `envmap = latlong`, W samples span the W - 1 steps from longitude +pi to -pi, so the
     first and the last column are one: their mean is kept once (files differ there by rounding only), and the
@@ -59,64 +44,69 @@ def panorama_from_picture(picture: Picture) -> Panorama:
         seam = 0.5 * (pixels[:, :1].astype(np.float64) + pixels[:, -1:])
         pixels = np.concatenate([seam.astype(np.float32), pixels[:, 1:-1]], axis=1)
         period = width - 1
-        return Panorama(
-            np.ascontiguousarray(pixels),
-            uv_scale=(1.0, (height - 1) / height),
+        return EnvironmentMap(
+            LATLONG,
+            np.ascontiguousarray(pixels)[None],
+            scale=(1.0, (height - 1) / height),
             # +Z, u = 0 and 1 in glbump, lies half a turn along their picture.
-            uv_offset=(0.5 / period - 0.5, 0.5 / height),
+            offset=(0.5 / period - 0.5, 0.5 / height),
         )
     if width != 2 * height:
         raise ImageError(
             f"{picture.name}: a lat-long environment must be twice as wide as high; {got}; "
             'crop or pad it to 2:1, or use kind = "cube" if it holds six faces'
         )
-    return Panorama(np.ascontiguousarray(pixels, np.float32))
+    return EnvironmentMap(LATLONG, np.ascontiguousarray(pixels, np.float32)[None])
 
 
-def latlong_uv(dir: npt.ArrayLike) -> F64:
-    """Directions (..., 3), any length, as (..., 2) float64 coordinates u, v in 0..1.
+def cube_from_picture(picture: Picture | Sequence[Picture], orientation: str = "opengl") -> EnvironmentMap:
+    """Six square pictures, one column of six faces, or a picture that is an array (6, N, N, 3), as an EnvironmentMap.
 
-    At the poles atan2(0, 0) counts as 0: u = 1/2. Both angles by atan2, which is exact where acos is not.
+    orientation: "opengl", or "inside" for pictures of what one sees from inside, as OpenEXR lays its cubes; a
+    picture whose header says `envmap = cube` decides by itself. ImageError for any other layout.
     """
-    d = np.asarray(dir, np.float64)
-    x, y, z = d[..., 0], d[..., 1], d[..., 2]
-    across = np.hypot(x, z)
-    longitude = np.where(across > 0, np.arctan2(x, -z), 0.0)
-    return np.stack([0.5 + longitude / (2 * np.pi), np.arctan2(across, y) / np.pi], axis=-1)
+    if isinstance(picture, Sequence):
+        return _cube_from_six(picture, orientation)
+    pixels, name = picture.pixels, picture.name
+    shape = pixels.shape
+    if picture.envmap == "latlong":
+        raise ImageError(f'{name}: the header says it is a lat-long picture, not a cube; use kind = "lat-long"')
+    if len(shape) == 3 and shape[0] == 6 * shape[1]:
+        pixels = pixels.reshape(6, shape[1], shape[1], shape[2])
+    if pixels.shape != (6, pixels.shape[1], pixels.shape[1], 3):
+        got = f"{shape[1]}x{shape[0]}" if len(shape) == 3 else "an array " + " x ".join(map(str, shape))
+        raise ImageError(
+            f"{name}: a cube map in one picture must be a column of six square faces, {' '.join(FACES)} from "
+            f"the top, so six times as high as wide, or an array 6 x N x N x 3; got {got}; "
+            "give one of these, or six pictures"
+        )
+    border = picture.envmap == "cube"
+    if border and pixels.shape[1] < 2:
+        raise ImageError(f"{name}: an OpenEXR cube must have faces of at least 2x2 samples; got 1x1")
+    faces = _oriented(pixels, "inside" if border else orientation)
+    return EnvironmentMap(CUBE, faces, *on_border((faces.shape[1],) * 2)) if border else EnvironmentMap(CUBE, faces)
 
 
-def latlong_dir(uv: npt.ArrayLike) -> F64:
-    """The unit direction (..., 3) float64 at coordinates (..., 2); inverse of latlong_uv."""
-    t = np.asarray(uv, np.float64)
-    longitude, colatitude = (t[..., 0] - 0.5) * (2 * np.pi), t[..., 1] * np.pi
-    across = np.sin(colatitude)
-    return np.stack([across * np.sin(longitude), np.cos(colatitude), -across * np.cos(longitude)], axis=-1)
+def _cube_from_six(pictures: Sequence[Picture], orientation: str) -> EnvironmentMap:
+    if len(pictures) != 6:
+        raise ImageError(f"a cube map needs six pictures, {' '.join(FACES)}; got {len(pictures)}")
+    first = pictures[0]
+    for face, picture in zip(FACES, pictures, strict=True):
+        height, width = picture.pixels.shape[:2]
+        if height != width:
+            raise ImageError(f"{picture.name}: face {face} of a cube map must be square; got {width}x{height}; crop it")
+        if picture.pixels.shape != first.pixels.shape:
+            raise ImageError(
+                f"{picture.name}: face {face} is {width}x{width} but face +X, {first.name}, is "
+                f"{first.pixels.shape[1]}x{first.pixels.shape[0]}; all six must have one size"
+            )
+    return EnvironmentMap(CUBE, _oriented(np.stack([picture.pixels for picture in pictures]), orientation))
 
 
-def texture_uv(panorama: Panorama, dir: npt.ArrayLike) -> F64:
-    """Texture coordinates (..., 2) float64 of directions (..., 3) in this panorama's own pixels."""
-    uv = latlong_uv(dir)
-    uv *= panorama.uv_scale
-    uv += panorama.uv_offset
-    return uv
-
-
-def sample(panorama: Panorama, dir: npt.ArrayLike) -> F64:
-    """Radiance (..., 3) float64 in directions (..., 3): bilinear, level 0, repeating in u, clamping in v."""
-    height, width = panorama.pixels.shape[:2]
-    texels = panorama.pixels.reshape(-1, panorama.pixels.shape[-1])
-
-    def look_up(d: F64) -> F64:
-        u, v = texture_uv(panorama, d).T
-        x, y = u * width - 0.5, v * height - 0.5
-        left, top = np.floor(x), np.floor(y)
-        columns = [(left.astype(np.intp) + i) % width for i in (0, 1)]
-        rows = [np.clip(top.astype(np.intp) + i, 0, height - 1) * width for i in (0, 1)]
-        return bilinear(texels, [row + column for row in rows for column in columns], x - left, y - top)
-
-    return by_pieces(look_up, dir)
-
-
-def levels(pixels: F32) -> list[F32]:
-    """The mip levels that the GL driver is given: `pixels` itself down to 1x1, by box averages."""
-    return pyramid.chain(pixels)
+def _oriented(faces: npt.NDArray[Any], orientation: str) -> F32:
+    """Faces as the OpenGL table has them; seen from inside, sides are mirrored in s, top and bottom in t."""
+    if orientation == "inside":
+        faces = np.stack([face[::-1] if 2 <= i < 4 else face[:, ::-1] for i, face in enumerate(faces)])
+    elif orientation != "opengl":
+        raise ImageError(unknown("orientation of cube faces", orientation, ("opengl", "inside")))
+    return np.ascontiguousarray(faces, np.float32)

@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import LimitError
-from glbump.maps import cube, panorama, pyramid
-from glbump.maps.cube import CubeFaces
-from glbump.maps.panorama import Panorama
+from glbump.maps import cube, pyramid
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, sample
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
@@ -34,7 +33,7 @@ _PRODUCTS = 50_000
 for each other in busy loops, five times slower on a machine that has other work)."""
 
 
-def sh9(environment: Panorama | CubeFaces) -> F64:
+def sh9(environment: EnvironmentMap) -> F64:
     """Irradiance / pi as nine coefficients (9, 3) float64, so that a constant environment c gives c everywhere.
 
     For a unit normal n the value is the sum of coefficient times
@@ -46,9 +45,10 @@ def sh9(environment: Panorama | CubeFaces) -> F64:
     Texels count by their solid angle; faces above 256 are halved first. The projection differs from that of the
     continuous radiance by the second order in a texel's size, and by float32 sums.
     """
-    total, first, second = (
-        _panorama_moments(environment) if isinstance(environment, Panorama) else _cube_moments(environment)
-    )
+    if environment.layout is LATLONG:
+        total, first, second = _panorama_moments(environment)
+    else:
+        total, first, second = _cube_moments(_as_cube(environment))
     (x, y, z), (xx, yy, zz) = first, np.einsum("iic->ic", second)
     band_0, band_1, band_2 = 1 / (4 * np.pi), 2 / (4 * np.pi), 15 / (16 * np.pi)
     return np.stack(
@@ -66,10 +66,17 @@ def sh9(environment: Panorama | CubeFaces) -> F64:
     )
 
 
-def _panorama_moments(source: Panorama) -> tuple[F64, F64, F64]:
+def _as_cube(environment: EnvironmentMap) -> EnvironmentMap:
+    """Environments of any other layout are gathered from a cube of about their size."""
+    if environment.layout is CUBE:
+        return environment
+    return EnvironmentMap(CUBE, area_faces(environment, max(environment.size)))
+
+
+def _panorama_moments(source: EnvironmentMap) -> tuple[F64, F64, F64]:
     """Integrals of radiance times 1, d, d d^T over all directions d: (3,), (3, 3), (3, 3, 3), channel last."""
-    width = source.pixels.shape[1]
-    longitude = 2 * np.pi * (((np.arange(width) + 0.5) / width - source.uv_offset[0]) / source.uv_scale[0] - 0.5)
+    width = source.size[0]
+    longitude = 2 * np.pi * (((np.arange(width) + 0.5) / width - source.offset[0]) / source.scale[0] - 0.5)
     step = 2 * np.pi / width
     # Means over a texel: those of its middle, times what the sine or cosine loses over its width.
     once, twice = np.sinc(step / (2 * np.pi)) * step, np.sinc(step / np.pi) * step
@@ -82,7 +89,7 @@ def _panorama_moments(source: Panorama) -> tuple[F64, F64, F64]:
             twice * np.cos(2 * longitude),
         ]
     )
-    rows = np.matmul(waves.astype(np.float32), source.pixels).astype(np.float64)
+    rows = np.matmul(waves.astype(np.float32), source.pixels[0]).astype(np.float64)
 
     edges = _row_edges(source)
     cos, sin = np.cos(edges), np.sin(edges)
@@ -107,25 +114,25 @@ def _panorama_moments(source: Panorama) -> tuple[F64, F64, F64]:
     return integral(zonal, 0), first, second
 
 
-def _row_edges(source: Panorama) -> F64:
+def _row_edges(source: EnvironmentMap) -> F64:
     """Colatitudes between the rows, and of the poles: (H + 1,), radians."""
-    height = source.pixels.shape[0]
-    v = (np.arange(height + 1) / height - source.uv_offset[1]) / source.uv_scale[1]
+    height = source.size[1]
+    v = (np.arange(height + 1) / height - source.offset[1]) / source.scale[1]
     return np.clip(v, 0, 1) * np.pi
 
 
-def _cube_moments(source: CubeFaces) -> tuple[F64, F64, F64]:
+def _cube_moments(source: EnvironmentMap) -> tuple[F64, F64, F64]:
     """As _panorama_moments."""
-    faces = source.pixels
-    while faces.shape[1] > 256 and faces.shape[1] % 2 == 0 and not source.border:
+    faces, border = source.pixels, source.has_own_grid
+    while faces.shape[1] > 256 and faces.shape[1] % 2 == 0 and not border:
         faces = pyramid.halve(faces)
     n = faces.shape[1]
-    at = np.linspace(-1, 1, n) if source.border else (2 * np.arange(n) + 1) / n - 1
+    at = np.linspace(-1, 1, n) if border else (2 * np.arange(n) + 1) / n - 1
     # On every face a direction is (1, a, b) / |(1, a, b)| along major axis, s and t.
     along = 1 / np.sqrt(1 + at[None, :] ** 2 + at[:, None] ** 2)
     local = (along, along * at[None, :], along * at[:, None])
     weights = np.empty((13, n, n), np.float32)
-    weights[0] = area = cube.solid_angles(n, border=source.border)
+    weights[0] = area = cube.solid_angles(n, border=border)
     for i, one in enumerate(local):
         weights[1 + i] = weighted = area * one
         for j, other in enumerate(local):
@@ -137,7 +144,7 @@ def _cube_moments(source: CubeFaces) -> tuple[F64, F64, F64]:
     return moments[:, 0].sum(axis=0), first, second
 
 
-def gloss_chain(environment: Panorama | CubeFaces, size: int, samples: int) -> list[F32]:
+def gloss_chain(environment: EnvironmentMap, size: int, samples: int) -> list[F32]:
     """The environment seen through GGX lobes: (6, n, n, 3) float32 for n = size, size / 2, ... 4.
 
     Level i is for roughness i / (levels - 1), alpha its square; level 0 is the environment itself, averaged over
@@ -161,13 +168,13 @@ def gloss_chain(environment: Panorama | CubeFaces, size: int, samples: int) -> l
     return [faces] + [_blurred(tree, size >> i, (i / last) ** 2, samples << (i - 1)) for i in range(1, last + 1)]
 
 
-def area_faces(environment: Panorama | CubeFaces, size: int) -> F32:
+def area_faces(environment: EnvironmentMap, size: int) -> F32:
     """The environment as (6, size, size, 3) float32 by the OpenGL table, each texel averaged over its area.
 
     A plain cube of 2^k times the size: by solid angles, so that no light is lost. Otherwise by up to 3x3 bilinear
     samples a texel, from the level of the source whose texels are no smaller than theirs.
     """
-    if isinstance(environment, CubeFaces) and not environment.border:
+    if environment.layout is CUBE and not environment.has_own_grid:
         ratio = environment.pixels.shape[1] / size
         if ratio >= 1 and math.log2(ratio).is_integer():
             faces = environment.pixels
@@ -176,14 +183,13 @@ def area_faces(environment: Panorama | CubeFaces, size: int) -> F32:
                 faces = pyramid.halve(faces * weight) / pyramid.halve(weight)
             return faces
     # A texel at the middle of a face spans 2 / size radians, one of the source this much.
-    span = 2 * np.pi if isinstance(environment, Panorama) else 2.0
-    across = math.ceil(environment.pixels.shape[-2] / span * 2 / size)
+    span = 2 * np.pi if environment.layout is LATLONG else 2.0
+    across = math.ceil(environment.size[0] / span * 2 / size)
     if across > 3:
-        if isinstance(environment, Panorama):
+        if environment.layout is LATLONG:
             return area_faces(_halved(environment), size)
-        return area_faces(CubeFaces(area_faces(environment, 2 * size)), size)
+        return area_faces(EnvironmentMap(CUBE, area_faces(environment, 2 * size)), size)
     at = (np.arange(size * across) + 0.5) / (size * across)
-    sample: Any = panorama.sample if isinstance(environment, Panorama) else cube.sample
     result = np.empty((6, size, size, 3), np.float32)
     for face in range(6):
         values = sample(environment, cube.face_dir(face, at[None, :], at[:, None]))
@@ -191,11 +197,11 @@ def area_faces(environment: Panorama | CubeFaces, size: int) -> F32:
     return result
 
 
-def _halved(source: Panorama) -> Panorama:
+def _halved(source: EnvironmentMap) -> EnvironmentMap:
     """The next smaller level, rows by their solid angles, so that no light is lost."""
     bands = -np.diff(np.cos(_row_edges(source)))[:, None, None]
-    pixels = pyramid.halve(source.pixels * bands) / pyramid.halve(bands)
-    return Panorama(pixels, source.uv_scale, source.uv_offset)
+    pixels = pyramid.halve(source.pixels[0] * bands) / pyramid.halve(bands)
+    return EnvironmentMap(LATLONG, pixels[None], source.scale, source.offset)
 
 
 @dataclass(frozen=True)

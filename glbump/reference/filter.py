@@ -28,6 +28,15 @@ def direction_level(ddx: npt.ArrayLike, ddy: npt.ArrayLike, texels_per_radian: n
     return np.log2(np.maximum(longest * texels_per_radian, 2.0**-63))
 
 
+def share_above(height: npt.ArrayLike, ddx: npt.ArrayLike, ddy: npt.ArrayLike) -> F64:
+    """The share of a footprint above 0, of heights (...) that change by ddx, ddy (...) across it; without one a step."""
+    h, width = np.asarray(height, np.float64), np.abs(ddx) + np.abs(ddy)
+    none = width < 1e-30
+    ramp = np.clip(0.5 + h / np.where(none, 1.0, width), 0.0, 1.0)
+    result: F64 = np.where(none, 0.5 + 0.5 * np.sign(h), ramp)
+    return result
+
+
 def quad_differences(values: npt.ArrayLike) -> tuple[F64, F64]:
     """dFdx and dFdy of values (H, W, C) on a grid of pixels, row 0 on top: differences within quads of 2x2 pixels,
     counted from the lower left as OpenGL does; each row and column of a quad has its own ("fine", as llvmpipe

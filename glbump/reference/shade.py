@@ -14,11 +14,11 @@ import numpy.typing as npt
 from glbump import validate as check
 from glbump.camera import Camera, near_far, pixel_rays, projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
+from glbump.environment import Environment, Procedural
 from glbump.errors import SceneError
 from glbump.frame import Frame
-from glbump.maps import cube, panorama, pyramid
-from glbump.maps.cube import CubeFaces
-from glbump.maps.panorama import Panorama
+from glbump.maps import cube, pyramid
+from glbump.maps.layout import EnvironmentMap, environment_levels, sample
 from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
 from glbump.reference import bump as bumps
@@ -27,7 +27,7 @@ from glbump.reference import ggx, reflect
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
-from glbump.scene import NormalMap, Procedural, Scene, Surface, check_size
+from glbump.scene import NormalMap, Scene, Surface, check_size
 from glbump.shapes import Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -66,7 +66,8 @@ def render(
     check.instance("scene", scene, Scene)
     samples = check.integer("samples", samples, least=1, most=MOST_SAMPLES)
     contents = contents or Contents()
-    contents.brightest(scene.environment)
+    for environment in scene.environments:
+        contents.brightest(environment)
     shader = _Shader(scene, quality_of(quality), contents, samples)
     total = np.zeros((height, width, 4))
     seen = np.full((height, width), UNSEEN)
@@ -127,22 +128,48 @@ def _levels(texels: F32, how: str) -> list[F32]:
     return [texels] if how == "bilinear" else pyramid.chain(texels)
 
 
-def _picture(picture: Panorama | CubeFaces, how: str) -> Callable[[F64, F64, F64], F64]:
+def _picture(picture: EnvironmentMap, how: str, below: object) -> Callable[[F64, F64, F64], F64]:
     """Light (K, 3) of a picture in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
-    chain = [replace(picture, pixels=pixels) for pixels in _levels(picture.pixels, how)]
-    is_panorama = isinstance(picture, Panorama)
-    sample = panorama.sample if is_panorama else cube.sample
-    texels = picture.pixels.shape[0] / np.pi if is_panorama else picture.pixels.shape[1] / 2
+    levels = [picture.pixels] if how == "bilinear" else environment_levels(picture)
+    chain = [replace(picture, pixels=pixels) for pixels in levels]
+    texels = picture.texels_per_radian
 
     def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
-        return filters.through_levels(
-            lambda i, chosen: sample(chain[i], dir_env[chosen]),  # type: ignore[arg-type]
+        light = filters.through_levels(
+            lambda i, chosen: sample(chain[i], dir_env[chosen]),
             filters.direction_level(ddx, ddy, texels),
             len(chain),
             how,
         )
+        if picture.layout.whole or not isinstance(below, tuple):
+            return light
+        share = filters.share_above(dir_env[:, 1], ddx[:, 1], ddy[:, 1])[:, None]
+        return share * light + (1 - share) * np.array(below)
 
     return look_up
+
+
+class _Surroundings:
+    """One environment, and its light."""
+
+    def __init__(self, environment: Environment, quality: Quality, contents: Contents, samples: int) -> None:
+        self.footprint = samples**-0.5
+        self.exposure = 2.0**environment.exposure
+        self.env_from_world = environment.env_from_world()
+        how = quality.environment_filter
+        self.has_footprint = how != "bilinear"
+        if isinstance(environment, Procedural):
+            self.has_footprint = is_averaged(how, samples)
+            self.look_up: Callable[[F64, F64, F64], F64] = partial(radiance, environment)
+        else:
+            self.look_up = _picture(contents.environment(environment), how, getattr(environment, "below", None))
+
+    def light(self, dir_env: F64, at: Place) -> F64:
+        """Radiance (K, 3) in unit directions."""
+        sides = np.zeros((2, *dir_env.shape))
+        if self.has_footprint:
+            sides[:] = at.differences(dir_env * self.footprint)
+        return self.exposure * self.look_up(dir_env, *sides)
 
 
 class _Shader:
@@ -151,29 +178,13 @@ class _Shader:
     def __init__(self, scene: Scene, quality: Quality, contents: Contents, samples: int) -> None:
         self.scene, self.quality, self.contents = scene, quality, contents
         self.footprint = samples**-0.5
-        environment = scene.environment
-        self.exposure = 2.0**environment.exposure
-        self.env_from_world = environment.env_from_world()
         # Round shapes are cast by formula; their mesh is never looked at.
         self.meshes = [contents.mesh(surface.shape) for surface in scene.surfaces]
         self.slopes = [
             _levels(contents.slopes(surface.bump)[::-1], quality.bump_filter) if surface.bump is not None else None
             for surface in scene.surfaces
         ]
-        how = quality.environment_filter
-        self.has_footprint = how != "bilinear"
-        if isinstance(environment, Procedural):
-            self.has_footprint = is_averaged(how, samples)
-            self.look_up: Callable[[F64, F64, F64], F64] = partial(radiance, environment)
-        else:
-            self.look_up = _picture(contents.environment(environment), how)
-
-    def environment(self, dir_env: F64, at: Place) -> F64:
-        """Radiance (K, 3) in unit directions."""
-        sides = np.zeros((2, *dir_env.shape))
-        if self.has_footprint:
-            sides[:] = at.differences(dir_env * self.footprint)
-        return self.exposure * self.look_up(dir_env, *sides)
+        self.surroundings = {e: _Surroundings(e, quality, contents, samples) for e in scene.environments}
 
     def shade(self, origins: F64, dirs: F64, places: list[F64]) -> tuple[F64, Index]:
         """(H, W, 4) colour times coverage, and coverage, of a band of rays (H, W, 3); (H, W) surface seen."""
@@ -199,17 +210,19 @@ class _Shader:
         if self.scene.environment.background and empty.any():
             # Shown in front of surfaces too, as far as quads go: a pixel's neighbours look past them.
             at = Place(np.arange(len(dirs)), (height, width))
-            out[empty, :3] = self.environment(dirs @ self.env_from_world.T, at)[empty]
+            behind = self.surroundings[self.scene.environment]
+            out[empty, :3] = behind.light(dirs @ behind.env_from_world.T, at)[empty]
             out[empty, 3] = 1.0
         return out.reshape(height, width, 4), seen.reshape(height, width)
 
     def _surface(self, index: int, hit: Hits, front: Index, dirs: F64, at: Place) -> F64:
         """Light (K, 3) from the hits `front` of surface `index` along dirs (K, 3)."""
         surface = self.scene.surfaces[index]
-        linear = self.env_from_world @ surface.transform.matrix()[:3, :3]
+        env_from_world = self.scene.environment_of(surface).env_from_world()
+        linear = env_from_world @ surface.transform.matrix()[:3, :3]
         normal = hit.n[front] @ np.linalg.inv(linear)
         n_env = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        dir_env = dirs @ self.env_from_world.T
+        dir_env = dirs @ env_from_world.T
         behind = np.einsum("ni,ni->n", n_env, dir_env) > 0
         if surface.bump is not None:
             n_env = self._bent(index, hit, front, n_env, linear, at)
@@ -245,7 +258,8 @@ class _Shader:
 
     def _light(self, surface: Surface, dir_env: F64, n_env: F64, at: Place) -> F64:
         """What surface.frag's light() computes, for any material."""
-        material, environment = surface.material, self.scene.environment
+        material, environment = surface.material, self.scene.environment_of(surface)
+        around = self.surroundings[environment]
         color, metallic, roughness = np.array(material.base_color), material.metallic, material.roughness
         look = n_env if environment.lookup == "normal" else reflect.reflect_dir(dir_env, n_env)
         n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
@@ -258,14 +272,14 @@ class _Shader:
 
         if roughness > 0:
             chain = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
-            mirrored = self.exposure * cube.sample_levels(
+            mirrored = around.exposure * cube.sample_levels(
                 chain, ggx.lobe_dir(n_env, look, roughness), roughness * (len(chain) - 1)
             )
         else:
-            mirrored = self.environment(look, at)
+            mirrored = around.light(look, at)
         result = share((1 - metallic) * dielectric + metallic * color) * mirrored
         if metallic < 1:
-            irradiance = self.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))
+            irradiance = around.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))
             result = result + (1 - share(dielectric)) * (1 - metallic) * color * irradiance
         return result
 

@@ -17,3 +17,11 @@ float direction_level(vec3 ddx, vec3 ddy, float texels_per_radian) {
     float longest = max(dot(ddx, ddx), dot(ddy, ddy));
     return 0.5 * log2(max(longest * texels_per_radian * texels_per_radian, exp2(-126.0)));
 }
+
+// The share of a footprint that lies above 0, of a height that changes by ddx and ddy across it: a ramp as wide as
+// the footprint (exact for one along the change). Without a footprint: 1 above, 0 below, 1/2 at 0.
+float share_above(float height, float ddx, float ddy) {
+    float width = abs(ddx) + abs(ddy);
+    if (width < 1e-30) return height > 0.0 ? 1.0 : height < 0.0 ? 0.0 : 0.5;
+    return clamp(0.5 + height / width, 0.0, 1.0);
+}

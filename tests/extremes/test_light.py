@@ -13,15 +13,17 @@ import pytest
 from glbump import reference
 from glbump.camera import Camera
 from glbump.contents import BRIGHTEST
+from glbump.environment import CubeMap, LatLong
 from glbump.errors import ImageError, LimitError
 from glbump.gl.renderer import Renderer
 from glbump.gl.stability import MIRROR, SHARP, SIZE, even, smooth, waves
 from glbump.glsltest import Glsl, Sampler, inputs
 from glbump.maps import cube
-from glbump.maps.cube import CubeFaces
-from glbump.plan import HALF_MAX, STEEPEST
+from glbump.maps.layout import CUBE, EnvironmentMap, sample
+from glbump.plan.choices import HALF_MAX
+from glbump.plan.surfaces import STEEPEST
 from glbump.quality import Quality
-from glbump.scene import Bump, CubeMap, LatLong, Material, Scene, Surface
+from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import MeshFile, Plane, Shape, Sphere, Torus
 
 F32 = npt.NDArray[np.float32]
@@ -64,7 +66,7 @@ def test_halves_where_they_reach(renderer: Renderer, peak: float, exposure: floa
     picture = np.zeros((4, 8, 3), np.float32)
     picture[1, 2] = peak
     plan = renderer.plan(Scene([], LatLong(picture, exposure=exposure)), SIZE, "balanced")
-    assert (plan.texture_format, plan.frame_format) == (texture, frame)
+    assert (plan.environments[0].texture_format, plan.frame_format) == (texture, frame)
 
 
 @pytest.mark.parametrize("samples", [1, 4, 16, 1024])
@@ -244,11 +246,11 @@ def test_cube_edges_and_corners(glsl: Glsl) -> None:
     special = np.concatenate([inputs.axes(), inputs.edges(), inputs.corners()])
     rows = np.concatenate([special, inputs.nudged(special), inputs.nudged(special, 1000)])
     got = glsl.load(text=LOOK).f(Sampler(faces, filter="linear"), rows)
-    want = cube.sample(CubeFaces(faces, False), rows)
+    want = sample(EnvironmentMap(CUBE, faces), rows)
     # Weights of 8 bits are what hardware has.
     assert np.abs(got - want).max() < 2.0**-7
     alone = faces[0][:2, -2:].mean(axis=(0, 1))
-    corner = cube.sample(CubeFaces(faces, False), (1.0, 1.0, -1.0))
+    corner = sample(EnvironmentMap(CUBE, faces), (1.0, 1.0, -1.0))
     assert np.abs(alone - corner).max() > 2.0**-7
 
 

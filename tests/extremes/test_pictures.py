@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from glbump.camera import Camera
+from glbump.environment import CubeMap, LatLong
 from glbump.errors import ImageError, LimitError, SceneError
 from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
-from glbump.maps.panorama import latlong_dir
-from glbump.scene import Bump, CubeMap, LatLong, Material, NormalMap, Scene, Surface
+from glbump.maps.layout import latlong_dir
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Plane, Quad, Sphere, Torus, Transform
 
 SIZE = (48, 48)

@@ -1,0 +1,87 @@
+"""Scene + quality + driver -> Plan: the only place that decides what is compiled, uploaded and computed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glbump import validate as check
+from glbump.camera import near_far
+from glbump.contents import Contents
+from glbump.environment import Captured
+from glbump.plan.choices import Capabilities, Choice, EnvironmentPlan, Note, Plan, SurfacePlan, fitting_format
+from glbump.plan.environments import environment_plan
+from glbump.plan.surfaces import apart, require_uv, steepest, surface_plan, world_bounds
+from glbump.quality import Quality
+from glbump.scene import Scene
+
+__all__ = ["Capabilities", "Choice", "EnvironmentPlan", "Plan", "SurfacePlan", "make_plan"]
+
+HALF_SUM = 4
+"""Most samples that are added up in halves: each addition costs up to 2**-11, and 4096 lose half of the light."""
+FAR_OVER_NEAR = 1e3
+"""Largest far / near for which depth is kept as OpenGL has it: far off, its 24 bits tell two surfaces apart by
+far / near * 2**-24 of their distance. A logarithm tells them apart by log(far / near) * 2**-23 at any distance."""
+
+
+def make_plan(
+    scene: Scene,
+    quality: Quality,
+    size: tuple[int, int],
+    contents: Contents,
+    capabilities: Capabilities | None = None,
+) -> Plan:
+    """The plan of one frame of `size` (width, height). Raises SceneError, ImageError, MeshError, LimitError."""
+    capabilities = capabilities or Capabilities()
+    choices: list[Choice] = []
+
+    def note(what: str, value: object, why: str) -> None:
+        choices.append(Choice(what, str(value), why))
+
+    check.instance("scene", scene, Scene)
+    note("samples", quality.samples, f"{quality.samples} a pixel, as quality {quality.preset} has it")
+    frame_format = _frame_format(scene, quality, contents, note)
+    environments = tuple(
+        environment_plan(i, environment, scene, quality, size, contents, capabilities, note)
+        for i, environment in enumerate(scene.environments)
+    )
+    for i, surface in enumerate(scene.surfaces):
+        require_uv(i, surface, contents)
+    boxes = np.array([world_bounds(surface, contents) for surface in scene.surfaces]).reshape(-1, 2, 3)
+    near, far = near_far(scene.camera, boxes, size)
+    log_depth = scene.camera.projection == "perspective" and far > FAR_OVER_NEAR * near
+    if log_depth:
+        note("depth", "logarithm", f"it spans {near:.3g} to {far:.3g}; 24 bits would not tell what is far apart")
+    defines = [(*e.defines, ("LOG_DEPTH", int(log_depth))) for e in environments]
+    number = [scene.environments.index(scene.environment_of(s)) for s in scene.surfaces]
+    surfaces = tuple(
+        surface_plan(i, scene, quality, size, (number[i], defines[number[i]]), bool(alone), contents, note)
+        for i, alone in enumerate(apart(boxes))
+    )
+    bumped = (i for i, s in enumerate(surfaces) if s.has("BUMP"))
+    slope = max((steepest(i, scene, contents, capabilities) for i in bumped), default=0.0)
+    slopes_format = fitting_format("slopes format", quality.texture_format, "steepest bump", slope, note)
+    if scene.environment.background:
+        note("sky", "drawn", "the environment is shown behind the surfaces")
+    else:
+        note("sky", "none", "the scene switches the background off")
+    return Plan(
+        size=size,
+        samples=quality.samples,
+        environments=environments,
+        bump_filter=quality.bump_filter,
+        slopes_format=slopes_format,
+        frame_format=frame_format,
+        sky=scene.environment.background,
+        near_far=(near, far),
+        log_depth=log_depth,
+        surfaces=surfaces,
+        choices=tuple(choices),
+    )
+
+
+def _frame_format(scene: Scene, quality: Quality, contents: Contents, note: Note) -> str:
+    bright = max(contents.brightest(e) for e in scene.environments if not isinstance(e, Captured))
+    if quality.frame_format == "half" and quality.samples > HALF_SUM:
+        note("frame format", "float", f"{quality.samples} samples a pixel add up in it; halves would lose them")
+        return "float"
+    return fitting_format("frame format", quality.frame_format, "environment", bright, note)

@@ -1,0 +1,127 @@
+"""The words of a plan: what it is made of, and its numbered choices, which shaders know by the same numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from glbump.environment import Chrome, Environment, Fractal, Sky
+from glbump.maps.layout import (
+    CUBE,
+    EQUAL_AREA,
+    EQUIDISTANT,
+    HEMICUBE,
+    LATLONG,
+    OCTAHEDRAL,
+    ORTHOGRAPHIC,
+    PARABOLOID,
+    Layout,
+)
+
+HALF_MAX = 65504.0
+HALF_DIM = 2.0**-8
+"""Least peak of what is kept in halves: they end in steps of 2**-24, so 1/256 of it still has 8 bits."""
+Note = Callable[[str, object, str], None]
+Defines = tuple[tuple[str, int], ...]
+
+MESH, SPHERE, TORUS, QUAD = range(4)
+NO_BUMP, HEIGHT, NORMAL = range(3)
+DRAWN_LAYOUTS = (LATLONG, CUBE, HEMICUBE, OCTAHEDRAL, EQUAL_AREA, EQUIDISTANT, ORTHOGRAPHIC, PARABOLOID)
+"""Those that shaders read, in the order of their numbers there."""
+COMPUTED = {kind: len(DRAWN_LAYOUTS) + i for i, kind in enumerate((Sky, Chrome, Fractal))}
+WHOLE, MIRRORED_BELOW, COLOURED_BELOW = range(3)
+LOOKUPS = {"reflection": 0, "normal": 1}
+NONE, ORTHOGONAL, GENERAL = range(3)
+BY_POINT, BY_PIXEL = range(2)
+WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
+NO_PARALLAX, BOX, SPHERICAL = range(3)
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What the driver can do, as far as a plan depends on it."""
+
+    max_texture_size: int = 16384
+    max_cube_size: int = 16384
+    is_software: bool = False
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One decision: what, how, why."""
+
+    what: str
+    value: str
+    why: str
+
+
+@dataclass(frozen=True)
+class EnvironmentPlan:
+    """How one environment is kept and looked up. defines: of its look-up.
+
+    layout: of its texels on the GPU, None where it is computed; size: of its tiles, where they are not the picture's.
+    filter, texture_format: as in Quality. is_read: looked up by itself, not through its roughness chain alone.
+    gloss: size and samples of the roughness chain, where a surface needs it; irradiance: whether one needs that.
+    """
+
+    environment: Environment
+    defines: Defines
+    layout: Layout | None
+    size: int | None
+    filter: str
+    texture_format: str
+    is_read: bool = False
+    gloss: tuple[int, int] | None = None
+    irradiance: bool = False
+
+
+@dataclass(frozen=True)
+class SurfacePlan:
+    """How one surface is drawn. defines: what its program is compiled with. segments: of its mesh. environment: its
+    number in the plan."""
+
+    defines: Defines
+    segments: int
+    cull: bool
+    environment: int
+
+    def has(self, name: str) -> int:
+        """The value of a define."""
+        return dict(self.defines)[name]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a frame is made of; everything that is not here is neither compiled, uploaded nor computed.
+
+    environments: the scene's own first, then those that surfaces have beside it.
+    """
+
+    size: tuple[int, int]
+    samples: int
+    environments: tuple[EnvironmentPlan, ...]
+    bump_filter: str
+    slopes_format: str
+    frame_format: str
+    sky: bool
+    near_far: tuple[float, float]
+    log_depth: bool
+    surfaces: tuple[SurfacePlan, ...]
+    choices: tuple[Choice, ...]
+
+    def explain(self) -> str:
+        """Each choice and its reason, one a line."""
+        width = max(len(c.what) for c in self.choices)
+        return "\n".join(f"{c.what:<{width}}  {c.value}: {c.why}" for c in self.choices)
+
+
+def fitting_format(what: str, wanted: str, name: str, largest: float, note: Note) -> str:
+    """`wanted`, or "float" where halves do not hold values up to `largest`."""
+    if wanted == "half" and largest > HALF_MAX:
+        note(what, "float", f"the {name} reaches {largest:.3g}, and a half holds at most {HALF_MAX:.0f}")
+        return "float"
+    if wanted == "half" and 0.0 < largest < HALF_DIM:
+        note(what, "float", f"the {name} reaches {largest:.3g} at most, too near to the end of a half's range")
+        return "float"
+    note(what, wanted, f"values up to {largest:.3g} fit" if wanted == "half" else "as the quality asks")
+    return wanted

@@ -1,0 +1,178 @@
+"""How each environment is kept and looked up."""
+
+from __future__ import annotations
+
+import math
+
+from glbump.contents import Contents
+from glbump.environment import MIRRORED, Captured, Environment, HemiCube, Hemisphere, Pictured, Procedural
+from glbump.errors import LimitError
+from glbump.maps.layout import CUBE, LATLONG, LAYOUTS, Layout
+from glbump.plan.choices import (
+    COLOURED_BELOW,
+    COMPUTED,
+    DRAWN_LAYOUTS,
+    GLOSSY,
+    MIRRORED_BELOW,
+    WHOLE,
+    Capabilities,
+    EnvironmentPlan,
+    Note,
+    fitting_format,
+)
+from glbump.plan.surfaces import is_diffuse, light_of
+from glbump.quality import Quality
+from glbump.reference.computed import is_averaged
+from glbump.scene import Scene
+
+LARGEST_RESAMPLED = 2048
+"""Most texels along 90 degrees that a picture is resampled to."""
+
+
+def environment_plan(
+    number: int,
+    environment: Environment,
+    scene: Scene,
+    quality: Quality,
+    size: tuple[int, int],
+    contents: Contents,
+    capabilities: Capabilities,
+    note: Note,
+) -> EnvironmentPlan:
+    """How one of the scene's environments is kept and looked up. number: 0 for the scene's own."""
+    name = "environment" if number == 0 else f"environment {number}"
+    materials = [s.material for s in scene.surfaces if scene.environment_of(s) == environment]
+    glossy = any(light_of(m) == GLOSSY for m in materials)
+    mirrored = any(light_of(m) != GLOSSY for m in materials)
+    layout, resampled, texture_format = None, None, quality.texture_format
+    # A computed environment has texels for its roughness chain alone.
+    if isinstance(environment, Pictured) or glossy:
+        peak = contents.peak(environment if not isinstance(environment, Captured) else scene.environment)
+        what = "texture format" if number == 0 else f"texture format {number}"
+        texture_format = fitting_format(what, texture_format, name, peak, note)
+    if isinstance(environment, Pictured):
+        layout, resampled = _layout(name, environment, scene, quality, size, contents, capabilities, note)
+        defines = _look_up(name, environment, layout, resampled, quality, contents, note)
+    else:
+        assert isinstance(environment, Procedural)
+        defines = _computed(name, environment, quality, note)
+    gloss = (quality.gloss_size, quality.gloss_samples) if glossy else None
+    what = "roughness chain" if number == 0 else f"roughness chain {number}"
+    note(what, gloss[0] if gloss else "none", "a surface is rough" if gloss else "nothing is rough")
+    return EnvironmentPlan(
+        environment=environment,
+        defines=tuple((defines | {"EXPOSURE": int(environment.exposure != 0.0)}).items()),
+        layout=layout,
+        size=resampled,
+        filter=quality.environment_filter,
+        texture_format=texture_format,
+        is_read=mirrored or (number == 0 and environment.background),
+        gloss=gloss,
+        irradiance=any(map(is_diffuse, materials)),
+    )
+
+
+def _layout(
+    name: str,
+    environment: Pictured,
+    scene: Scene,
+    quality: Quality,
+    size: tuple[int, int],
+    contents: Contents,
+    capabilities: Capabilities,
+    note: Note,
+) -> tuple[Layout, int | None]:
+    """The layout that an environment's texels have on the GPU, and what it is resampled to, if it is."""
+    if isinstance(environment, Captured):
+        _require_room(name, LAYOUTS[environment.layout], (environment.size, environment.size), capabilities)
+        note(name, environment.faces, f"{environment.size} pixels a face, drawn from {environment.position}")
+        return LAYOUTS[environment.layout], environment.size
+    picture = contents.environment(environment)
+    given = picture.layout
+    width, height = picture.size
+    _require_room(name, given, (width, height), capabilities)
+    wanted = given if quality.environment_layout == "given" else LAYOUTS[quality.environment_layout]
+    if given not in DRAWN_LAYOUTS and wanted is given:
+        wanted = CUBE
+    if wanted is given or (not given.whole and given in DRAWN_LAYOUTS):
+        border = ", samples on the border" if picture.has_own_grid else ""
+        note(name, given.name, f"{width}x{height} as given" + border)
+        return given, None
+    # Texels along 90 degrees: of the picture, and as many as the frame can tell apart.
+    native = 2 ** math.ceil(math.log2(max(90 / given.span * height, 4)))
+    seen = 2 ** math.ceil(math.log2(max(2.0 / _pixel_angle(scene, size), 16)))
+    per_quarter = min(native, seen, LARGEST_RESAMPLED)
+    limit = capabilities.max_cube_size if wanted is CUBE else capabilities.max_texture_size // wanted.tiles
+    side = min(round(per_quarter * wanted.span / 90), limit)
+    note(
+        name,
+        f"{wanted.name} of {side}",
+        f"resampled once from {given.name}, {width}x{height}; a texel is no larger than "
+        + ("a texel of the picture" if per_quarter == native else "a pixel of the frame"),
+    )
+    return wanted, side
+
+
+def _require_room(name: str, layout: Layout, size: tuple[int, int], capabilities: Capabilities) -> None:
+    """LimitError where the driver has no room for tiles of `size`."""
+    width, height = size
+    limit = capabilities.max_texture_size
+    if layout is CUBE:
+        limit = capabilities.max_cube_size
+    elif layout is not LATLONG:
+        # Kept in tiles that have a border of one texel, all levels on one picture.
+        width, height = width + 32, layout.tiles * (height * 3 // 2 + 4)
+    if max(width, height) <= limit:
+        return
+    fits = math.floor(min(size) * limit / max(width, height))
+    raise LimitError(
+        f"the {name} is {size[0]}x{size[1]} pixels and this driver takes at most {limit} a side; "
+        f"shrink it to {fits * size[0] // min(size)}x{fits * size[1] // min(size)} first"
+    )
+
+
+def _look_up(
+    name: str,
+    environment: Pictured,
+    layout: Layout,
+    resampled: int | None,
+    quality: Quality,
+    contents: Contents,
+    note: Note,
+) -> dict[str, int]:
+    levels = quality.environment_filter != "bilinear"
+    why = "levels by footprint" if levels else "level 0 alone; the samples average"
+    note(f"{name} filter", quality.environment_filter, why)
+    own_grid = (
+        resampled is None and not isinstance(environment, Captured) and contents.environment(environment).has_own_grid
+    )
+    below = WHOLE
+    if not layout.whole:
+        mirrored = not isinstance(environment, HemiCube | Hemisphere) or environment.below == MIRRORED
+        below = MIRRORED_BELOW if mirrored else COLOURED_BELOW
+    return {
+        "ENVIRONMENT": DRAWN_LAYOUTS.index(layout),
+        "ENVIRONMENT_BORDER": int(own_grid),
+        "ENVIRONMENT_FOOTPRINT": int(levels),
+        "ENVIRONMENT_BELOW": below,
+        # Levels of tiles in a column are not a texture unit's to mix: their borders differ.
+        "ENVIRONMENT_MIX": int(quality.environment_filter == "trilinear" and layout not in (LATLONG, CUBE)),
+    }
+
+
+def _computed(name: str, environment: Procedural, quality: Quality, note: Note) -> dict[str, int]:
+    """The defines of an environment that is a function of the direction."""
+    note(name, environment.kind, "computed for each sample; no picture, no texture, no sampler")
+    averaged = is_averaged(quality.environment_filter, quality.samples)
+    why = "averaged over each sample's footprint" if averaged else "the function itself; the samples average"
+    note(f"{name} filter", "analytic" if averaged else "none", why)
+    return {"ENVIRONMENT": COMPUTED[type(environment)], "ENVIRONMENT_FOOTPRINT": int(averaged)}
+
+
+def _pixel_angle(scene: Scene, size: tuple[int, int]) -> float:
+    """Radians a pixel of the frame spans (of a reflection in a flat mirror, too)."""
+    camera = scene.camera
+    if camera.projection == "perspective":
+        return 2 * math.tan(math.radians(camera.fov) / 2) / size[1]
+    # Parallel rays: a curved mirror of the picture's height spreads them over half a turn.
+    return math.pi / size[1]

@@ -1,0 +1,272 @@
+"""How each surface is drawn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.contents import Contents
+from glbump.environment import BoxBounds, Pictured
+from glbump.errors import LimitError, SceneError
+from glbump.mesh import bounds, segments_for
+from glbump.plan.choices import (
+    BOX,
+    BY_PIXEL,
+    BY_POINT,
+    GENERAL,
+    GLOSSY,
+    HEIGHT,
+    LOOKUPS,
+    MESH,
+    NO_BUMP,
+    NO_PARALLAX,
+    NONE,
+    NORMAL,
+    ORTHOGONAL,
+    QUAD,
+    SMOOTH,
+    SPHERE,
+    SPHERICAL,
+    TINTED_MIRROR,
+    TORUS,
+    WHITE_MIRROR,
+    Capabilities,
+    Defines,
+    Note,
+    SurfacePlan,
+)
+from glbump.quality import Quality
+from glbump.scene import Bump, Material, Scene, Surface
+from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus
+
+F64 = npt.NDArray[np.float64]
+
+STEEPEST = 1e12
+"""Most that bumps may rise per unit of u or v, in sizes of their surface: past it, gradients leave 32-bit floats."""
+_SHAPES = {Sphere: SPHERE, Torus: TORUS, Quad: QUAD, Plane: MESH, Cube: MESH, MeshFile: MESH}
+
+
+def require_uv(index: int, surface: Surface, contents: Contents) -> None:
+    """SceneError where a surface has bumps and no texture coordinates for them."""
+    shape = surface.shape
+    if surface.bump is not None and isinstance(shape, MeshFile) and contents.mesh(shape).uv is None:
+        raise SceneError(
+            f"surface {index}: {shape.path} has no texture coordinates, and bumps need them; "
+            "unwrap the mesh, or leave out bump"
+        )
+
+
+def steepest(index: int, scene: Scene, contents: Contents, capabilities: Capabilities) -> float:
+    """The largest slope in the picture of a surface's bumps; LimitError where it cannot be drawn."""
+    surface = scene.surfaces[index]
+    bump = surface.bump
+    assert bump is not None
+    height, width = contents.slopes(bump).shape[:2]
+    limit = capabilities.max_texture_size
+    if width > limit or height > limit:
+        raise LimitError(
+            f"surface {index}: its bump picture is {width}x{height} pixels and this driver takes at most {limit} "
+            "a side; shrink it first"
+        )
+    slope = contents.steepest(bump)
+    if isinstance(bump, Bump):
+        extent = float(np.ptp(contents.bounds(surface.shape), axis=0).max())
+        extent *= float(np.abs(np.asarray(surface.transform.scale)).min())
+        rise = slope * max(map(abs, bump.slope_scale)) / extent
+        if not rise <= STEEPEST:
+            raise LimitError(
+                f"surface {index}: its bumps rise by {rise:.3g} times its size per unit of u or v; "
+                f"at most {STEEPEST:g}: lower bump.amplitude or bump.repeat"
+            )
+    return slope
+
+
+def surface_plan(
+    index: int,
+    scene: Scene,
+    quality: Quality,
+    size: tuple[int, int],
+    environment: tuple[int, Defines],
+    apart: bool,
+    contents: Contents,
+    note: Note,
+) -> SurfacePlan:
+    """How surface `index` is drawn. environment: the number and the defines of what it mirrors; apart: whether its box
+    meets no other's."""
+    name, surface = f"surface {index}", scene.surfaces[index]
+    shape = surface.shape
+    inside = _eye_is_inside(surface, scene)
+    closed = isinstance(shape, Sphere | Torus | Cube) and not inside
+    segments = _stepped(segments_for(shape, _radius_in_pixels(surface, scene, size), quality.silhouette))
+    outline = isinstance(shape, Sphere) and closed and apart
+    if isinstance(shape, Sphere | Torus):
+        value = f"disc of {segments} sides" if outline else f"{segments} segments"
+        why = f"outline within {quality.silhouette:g} pixels"
+        note(f"{name} mesh", value, why + (", and nothing comes near to cut it" if outline else ""))
+    near = _eye_is_near(surface, scene, contents)
+    if near:
+        note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
+    bump = _bump(name, surface, quality, note)
+    light = light_of(surface.material)
+    note(f"{name} light", *_LIGHTS[light](surface.material))
+    defines = {
+        "SHAPE": _SHAPES[type(shape)],
+        "OUTLINE": int(outline),
+        "TRANSFORM": _transform(surface, scene),
+        "DIRECTION": BY_PIXEL if near else BY_POINT,
+        "BUMP": bump,
+        "BUMP_MIP": int(bump != NO_BUMP and quality.bump_filter != "bilinear"),
+        "LOOKUP": LOOKUPS[scene.environment_of(surface).lookup],
+        "LIGHT": light,
+        "DIFFUSE": int(is_diffuse(surface.material)),
+        "TRANSMISSION": int(is_transmissive(surface.material)),
+        "PARALLAX": _parallax(name, scene, surface, quality, contents, note),
+        "TWO_SIDED": int(not closed),
+        **dict(environment[1]),
+    }
+    if light == GLOSSY:
+        # The chain carries all of its light; the environment itself is not looked up here.
+        defines["ENVIRONMENT_FOOTPRINT"] = 0
+    return SurfacePlan(tuple(defines.items()), segments, closed, environment[0])
+
+
+def light_of(material: Material) -> int:
+    """The least that a material's mirrored light takes."""
+    if material.roughness > 0.0:
+        return GLOSSY
+    if material.metallic < 1.0:
+        return SMOOTH
+    return WHITE_MIRROR if material.base_color == (1.0, 1.0, 1.0) else TINTED_MIRROR
+
+
+_LIGHTS: dict[int, Callable[[Material], tuple[str, str]]] = {
+    GLOSSY: lambda material: ("glossy", f"roughness {material.roughness:g}"),
+    SMOOTH: lambda _: ("smooth", "smooth and not all metal: Fresnel's share is mirrored"),
+    WHITE_MIRROR: lambda _: ("mirror", "a mirror of base colour 1 is the environment itself: no BRDF"),
+    TINTED_MIRROR: lambda _: ("tinted mirror", "a coloured mirror: Fresnel, no BRDF"),
+}
+
+
+def is_transmissive(material: Material) -> bool:
+    """Whether light goes through it."""
+    return material.metallic < 1.0 and material.transmission > 0.0
+
+
+def is_diffuse(material: Material) -> bool:
+    """Whether it scatters light that comes from all sides."""
+    return material.metallic < 1.0 and material.transmission < 1.0 and any(material.base_color)
+
+
+def _bump(name: str, surface: Surface, quality: Quality, note: Note) -> int:
+    bump = surface.bump
+    kind, why = NO_BUMP, "it has no bump"
+    if isinstance(bump, Bump):
+        kind, why = (HEIGHT, "heights") if bump.amplitude != 0.0 else (NO_BUMP, "its amplitude is 0")
+    elif bump is not None:
+        kind, why = (NORMAL, "normal map") if bump.scale != 0.0 else (NO_BUMP, "its scale is 0")
+    note(f"{name} bump", quality.bump_filter if kind else "none", why)
+    return kind
+
+
+def _parallax(name: str, scene: Scene, surface: Surface, quality: Quality, contents: Contents, note: Note) -> int:
+    """Whether, and with which walls, a surface's place in the room is reckoned with."""
+    environment = scene.environment_of(surface)
+    if not isinstance(environment, Pictured) or environment.bounds is None:
+        return NO_PARALLAX
+    room = environment.bounds
+    box = world_bounds(surface, contents)
+    offset = float(np.linalg.norm(np.abs(box - np.asarray(environment.position)).max(axis=0)))
+    error = math.degrees(math.atan2(offset, room.least_distance(environment.position)))
+    if error <= quality.direction_error:
+        note(
+            f"{name} parallax",
+            "none",
+            f"it is so small and the walls so far that directions are off by {error:.2g} degrees at most; "
+            f"{quality.direction_error:g} are allowed",
+        )
+        return NO_PARALLAX
+    kind = BOX if isinstance(room, BoxBounds) else SPHERICAL
+    note(
+        f"{name} parallax",
+        "box" if kind == BOX else "sphere",
+        f"without it, directions would be off by up to {error:.2g} degrees",
+    )
+    return kind
+
+
+def _stepped(segments: int) -> int:
+    """The next of four steps an octave, so that a moving camera asks for few meshes, not for a new one each time."""
+    return math.ceil(2.0 ** (math.ceil(4 * math.log2(segments)) / 4))
+
+
+def _transform(surface: Surface, scene: Scene) -> int:
+    """How object directions become the environment's: not at all, by an orthogonal matrix, or by any."""
+    scale = surface.transform.uniform_scale
+    if scale is None:
+        return GENERAL
+    linear = scene.environment_of(surface).env_from_world() @ surface.transform.matrix()[:3, :3]
+    return NONE if np.array_equal(linear, scale * np.eye(3)) else ORTHOGONAL
+
+
+def _eye_is_inside(surface: Surface, scene: Scene) -> bool:
+    """Whether the eye may be within a closed shape, so that its back sides are seen: box test, never too strict."""
+    if not isinstance(surface.shape, Sphere | Torus | Cube):
+        return False
+    eye = surface.transform.to_object(scene.camera.eye)
+    low, high = bounds(surface.shape)
+    if scene.camera.projection == "orthographic":
+        # Its eye is a plane; nearer surfaces may lie behind it.
+        return bool(np.linalg.norm(eye) <= np.linalg.norm(high))
+    return bool(np.all(eye >= low) and np.all(eye <= high))
+
+
+NEAR = 0.01
+"""In widths of a surface's box: how near the eye may come before directions are taken by pixel. At this distance
+32-bit floats leave a point less the eye an error of 1e-5 radians."""
+
+
+def _eye_is_near(surface: Surface, scene: Scene, contents: Contents) -> bool:
+    """Whether the eye is within NEAR of the surface's box, or inside it."""
+    if scene.camera.projection == "orthographic":
+        return False
+    eye = surface.transform.to_object(scene.camera.eye)
+    low, high = contents.bounds(surface.shape)
+    away = np.maximum(np.maximum(low - eye, eye - high), 0.0)
+    return bool(away.max() < NEAR * (high - low).max())
+
+
+def _radius_in_pixels(surface: Surface, scene: Scene, size: tuple[int, int]) -> float:
+    """The outermost radius of a round surface as it is seen, in pixels: never too small."""
+    shape = surface.shape
+    if not isinstance(shape, Sphere | Torus):
+        return 0.0
+    radius = shape.radius + (shape.tube if isinstance(shape, Torus) else 0.0)
+    radius *= float(np.abs(np.asarray(surface.transform.scale)).max())
+    camera = scene.camera
+    if camera.projection == "orthographic":
+        return radius / camera.height * size[1]
+    nearest = max(math.dist(surface.transform.translate, camera.eye) - radius, 1e-3 * radius)
+    return radius / nearest / math.tan(math.radians(camera.fov) / 2) * size[1] / 2
+
+
+def world_bounds(surface: Surface, contents: Contents) -> F64:
+    """(2, 3): lowest and highest corner of the box round a surface, in the world."""
+    low, high = contents.bounds(surface.shape)
+    matrix = surface.transform.matrix()
+    centre = matrix[:3, :3] @ ((low + high) / 2) + matrix[:3, 3]
+    reach = np.abs(matrix[:3, :3]) @ ((high - low) / 2)
+    return np.stack([centre - reach, centre + reach])
+
+
+def apart(boxes: F64) -> npt.NDArray[np.bool_]:
+    """(N,) whether the box (N, 2, 3) of each surface meets no other's. Then any points of it along the rays, not
+    just the nearest, are hidden or seen rightly."""
+    if len(boxes) < 2:
+        return np.ones(len(boxes), bool)
+    low, high = boxes[:, 0], boxes[:, 1]
+    meet = (low[:, None] <= high[None]).all(axis=-1) & (low[None] <= high[:, None]).all(axis=-1)
+    result: npt.NDArray[np.bool_] = meet.sum(axis=1) == 1
+    return result
