@@ -113,8 +113,8 @@ def radiance_below(environment: EnvironmentMap) -> F64:
 class Ledger:
     """Where an environment's light went; arrays are (3,) float64: radiance over directions.
 
-    """(3,) float64: radiance integrated over the directions that the layout shows; W / m2 of W / (m2 sr)."""
-    the upper half alone. filled: what lies below it, where the old one did. largest_before, largest_after: values.
+    before, after: in all. clamped: what a clamp removed. left_out: what lay below the horizon, where the new layout
+    shows the upper half alone. filled: what lies below it, where the old one did. largest_before, largest_after: values.
     """
 
     before: F64
