@@ -18,6 +18,7 @@ import pytest
 from PIL import Image
 
 import glbump as gb
+from glbump.maps.containers import texture_from_light, write_texture
 from glbump.maps.images import write_picture
 
 CASES = 40
@@ -82,6 +83,9 @@ def make_whole(folder: Path) -> None:
         Image.fromarray(noise).save(folder / f"sky.{suffix}")
     write_picture(folder / "sky.exr", rng.random((8, 16, 3), np.float32))
     write_picture(folder / "sky.hdr", rng.random((8, 16, 3), np.float32))
+    levels = [rng.random((1, 8 >> p, 16 >> p, 3), np.float32) for p in range(3)]
+    for suffix in ("dds", "ktx2"):
+        write_texture(folder / f"sky.{suffix}", texture_from_light(levels))
     write_picture(folder / "bumps.hdr", rng.random((8, 8), np.float32))
     (folder / "quad.obj").write_text(OBJ)
     corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0.5], [-1, 1, 0]], "<f4")
@@ -165,7 +169,9 @@ def with_checksums(data: bytes) -> bytes:
     return out
 
 
-@pytest.mark.parametrize("suffix", ["exr", "hdr", "png", "jpg", "tif", "obj", "ply", "stl", "glb", "toml"])
+@pytest.mark.parametrize(
+    "suffix", ["exr", "hdr", "png", "jpg", "tif", "dds", "ktx2", "obj", "ply", "stl", "glb", "toml"]
+)
 def test_damaged_files(suffix: str, tmp_path: Path) -> None:
     make_whole(tmp_path)
     target = "scene" if suffix == "toml" else "quad" if suffix in ("obj", "ply", "stl", "glb") else "sky"

@@ -6,7 +6,8 @@ What a picture means:
   colour is linear. ICC profiles, and gamma tags other than 1, are not applied.
 - Heights and normals are data: never sRGB-decoded.
 - The orientation tag (EXIF, TIFF) is obeyed: row 0 is the top as every viewer shows it.
-- Of a mip-mapped file, the largest level. Several pictures in one file are an error.
+- Of a mip-mapped file, the largest level (`maps.containers` reads all). Several pictures in one file are an error.
+- A cube map of a texture file (KTX2, DDS) is a column of its six faces.
 """
 
 from __future__ import annotations
@@ -63,7 +64,8 @@ class Picture:
 
     pixels: (H, W, C) float32, contiguous, row 0 on top; linear light for colour, -1..1 for normals.
     bits: of one channel in the source. is_float: whether the source held floats.
-    envmap: what an OpenEXR header says it is: "latlong", "cube" or None. name: for messages.
+    envmap: what the header says it is: "latlong" or "cube" (OpenEXR's), "faces" (a cube map of KTX2 or DDS: a column of
+    six by the OpenGL table) or None. name: for messages.
     """
 
     pixels: npt.NDArray[np.float32]

@@ -1,21 +1,26 @@
 """A picture as its file, or an array, holds it: decoded, upright, within limits, finite; not yet interpreted.
 
-OpenImageIO reads every format: Pillow has no 16-bit RGB and no float, and a second reader would be a second
-set of rules. It is imported at the first file, not before (30 to 70 ms).
+OpenImageIO reads every format but texture files: Pillow has no 16-bit RGB and no float, and a second reader would be
+a second set of rules. It is imported at the first file, not before (30 to 70 ms). KTX2 it does not know; of DDS it
+knows no floats, and calls a cube map OpenEXR's, whose faces lie otherwise (`maps.containers`).
 """
 
 from __future__ import annotations
 
+import math
 import os
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError
+
+if TYPE_CHECKING:
+    from glbump.maps.containers.levels import TextureLevels
 
 MAX_PIXELS = 2**28
 """Most pixels of a picture (16384 x 16384); the environment variable GLBUMP_MAX_PIXELS replaces it."""
@@ -23,8 +28,8 @@ MAX_PIXELS = 2**28
 MAX_BYTES = 2**31
 """Most bytes of a picture decoded to float32 (2 GiB); the variable GLBUMP_MAX_BYTES replaces it."""
 
-FORMATS = ("bmp", "dds", "hdr", "jpeg", "jpegxl", "openexr", "png", "psd", "targa", "tiff", "webp")
-"""OpenImageIO's names of the formats that are read. Not all it knows: some make pixels out of any file."""
+FORMATS = ("bmp", "dds", "hdr", "jpeg", "jpegxl", "ktx2", "openexr", "png", "psd", "targa", "tiff", "webp")
+"""The formats that are read, by OpenImageIO's names. Not all it knows: some make pixels out of any file."""
 
 _ENVMAPS = {"LatLong Environment": "latlong", "CubeFace Environment": "cube"}
 
@@ -100,7 +105,7 @@ class Stored:
 def read_stored(source: Source) -> Stored:
     stored = _read_file(source) if isinstance(source, str | os.PathLike) else _from_array(source)
     if stored.is_float:
-        _require_finite(stored.pixels, stored.name)
+        require_finite(stored.pixels, stored.name)
     return stored
 
 
@@ -129,7 +134,7 @@ def _limit(name: str, default: int) -> int:
     return int(text)
 
 
-def _check_file(path: Path) -> None:
+def check_file(path: Path) -> None:
     """ImageError unless `path` is a file with something in it (and no pipe, which would wait for ever)."""
     try:
         if path.is_dir():
@@ -184,7 +189,12 @@ def _reason(library: Any) -> str:
 
 def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
     path = Path(path)
-    _check_file(path)
+    check_file(path)
+    if _may_be_texture(path):
+        from glbump.maps.containers import is_texture, read_texture
+
+        if is_texture(path):
+            return _base_of_texture(read_texture(path, base_only=True), path)
     _check_name(path)
     _require_whole_png(path)
     import OpenImageIO as oiio
@@ -205,6 +215,27 @@ def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
     finally:
         file.close()
     return replace(stored, pixels=_upright(stored.pixels, orientation, str(path)))
+
+
+def _may_be_texture(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(4) in (b"\xabKTX", b"DDS ")
+
+
+def _base_of_texture(texture: TextureLevels, path: Path) -> Stored:
+    """Level 0 of a texture file; the faces of a cube map as a column."""
+    level = texture.levels[0]
+    pixels = level.reshape(-1, *level.shape[2:])
+    is_float = pixels.dtype != np.uint8
+    return Stored(
+        pixels.astype(np.float32, copy=False) if is_float else pixels,
+        ("R", "G", "B", "A")[: pixels.shape[2]],
+        8 * pixels.dtype.itemsize,
+        is_float,
+        str(path),
+        envmap="faces" if texture.is_cube else None,
+        says_linear=not is_float and not texture.srgb,
+    )
 
 
 def _decode(file: Any, path: Path) -> tuple[Stored, int]:
@@ -244,18 +275,7 @@ def _check_header(spec: Any, form: str, path: Path) -> tuple[str, ...]:
         raise ImageError(f"{path}: is a {form} file; formats: {', '.join(FORMATS)}")
     if spec.deep or spec.depth > 1:
         raise ImageError(f"{path}: is a {'deep' if spec.deep else 'volume'} picture; save it as a flat one")
-    pixels, most = spec.width * spec.height, _limit("GLBUMP_MAX_PIXELS", MAX_PIXELS)
-    if pixels > most:
-        raise ImageError(
-            f"{path}: is {spec.width}x{spec.height} = {pixels} pixels; at most {most}: shrink it, "
-            "or set the environment variable GLBUMP_MAX_PIXELS higher"
-        )
-    size, most = pixels * min(spec.nchannels, 4) * 4, _limit("GLBUMP_MAX_BYTES", MAX_BYTES)
-    if size > most:
-        raise ImageError(
-            f"{path}: takes {size} bytes decoded ({spec.width}x{spec.height}); at most {most}: shrink it, "
-            "or set the environment variable GLBUMP_MAX_BYTES higher"
-        )
+    require_size(str(path), spec.width, spec.height, min(spec.nchannels, 4))
     if str(spec.format) not in _TYPES:
         raise ImageError(f"{path}: holds {spec.format} values; save it as unsigned integers or floats")
     if _is_cmyk(spec, form, path):
@@ -263,6 +283,22 @@ def _check_header(spec: Any, form: str, path: Path) -> tuple[str, ...]:
     if form == "openexr":
         _check_windows(spec, path)
     return _channels(spec, path)
+
+
+def require_size(name: str, width: int, height: int, channels: float) -> None:
+    """ImageError for a picture past the limits, to be had before it is decoded. channels: floats of a pixel."""
+    pixels, most = width * height, _limit("GLBUMP_MAX_PIXELS", MAX_PIXELS)
+    if pixels > most:
+        raise ImageError(
+            f"{name}: is {width}x{height} = {pixels} pixels; at most {most}: shrink it, "
+            "or set the environment variable GLBUMP_MAX_PIXELS higher"
+        )
+    size, most = math.ceil(pixels * channels * 4), _limit("GLBUMP_MAX_BYTES", MAX_BYTES)
+    if size > most:
+        raise ImageError(
+            f"{name}: takes {size} bytes decoded ({width}x{height}); at most {most}: shrink it, "
+            "or set the environment variable GLBUMP_MAX_BYTES higher"
+        )
 
 
 def _is_cmyk(spec: Any, form: str, path: Path) -> bool:
@@ -314,9 +350,12 @@ def count_and_first(bad: npt.NDArray[np.bool_]) -> str:
     return f"{int(mask.sum())} of {mask.size} pixels (first at row {row}, column {column})"
 
 
-def _require_finite(pixels: npt.NDArray[Any], name: str) -> None:
-    # NaN and infinities survive min and max, which cost a tenth of isfinite and its array.
-    if np.isfinite(pixels.min()) and np.isfinite(pixels.max()):
+def require_finite(pixels: npt.NDArray[Any], name: str) -> None:
+    # NaN and infinities survive min and max, which cost a tenth of isfinite and its array; of halves, five times of it.
+    if pixels.dtype == np.float16:
+        if np.isfinite(pixels).all():
+            return
+    elif np.isfinite(pixels.min()) and np.isfinite(pixels.max()):
         return
     bad = ~np.isfinite(pixels)
     nan = int(np.isnan(pixels).any(axis=2).sum())
