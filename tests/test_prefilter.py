@@ -102,7 +102,7 @@ def texels(pano: EnvironmentMap) -> tuple[Any, Any, Any]:
     width, height = pano.size
     u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     uv = (np.stack([u, v], axis=-1) - pano.offset) / pano.scale
-    edges = np.cos(np.pi * np.clip((np.arange(height + 1) / height - pano.uv_offset[1]) / pano.uv_scale[1], 0, 1))
+    edges = np.cos(np.pi * np.clip((np.arange(height + 1) / height - pano.offset[1]) / pano.scale[1], 0, 1))
     area = np.repeat((edges[:-1] - edges[1:]) * 2 * np.pi / width, width)
     return latlong_dir(uv).reshape(-1, 3), area, pano.pixels.reshape(-1, 3).astype(np.float64)
 
