@@ -15,17 +15,31 @@ def finite_dir(dir: npt.ArrayLike) -> F64:
     Infinity counts as the largest float32; what is shorter than 1e-30 afterwards as none, and none as up.
     """
     d = np.clip(np.asarray(dir, np.float64), -LARGEST, LARGEST) / 2**24
-    none = np.abs(d).max(axis=-1, keepdims=True) < 1e-30
-    result: F64 = np.where(none, [0.0, 1.0, 0.0], d)
-    return result
+    return np.where((largest_part(d) < 1e-30)[..., None], [0.0, 1.0, 0.0], d)
+
+
+def largest_part(dir: npt.ArrayLike) -> F64:
+    """(..., 3) -> (...): the largest component's size."""
+    return np.abs(np.asarray(dir, np.float64)).max(axis=-1)
 
 
 def unit_dir(dir: npt.ArrayLike) -> F64:
     """(..., 3) of any length -> of unit length; no direction at all counts as up."""
     d = finite_dir(dir)
-    d = d / np.abs(d).max(axis=-1, keepdims=True)
+    d = d / largest_part(d)[..., None]
     result: F64 = d / np.linalg.norm(d, axis=-1, keepdims=True)
     return result
+
+
+def turning(dir: npt.ArrayLike, change: npt.ArrayLike) -> F64:
+    """How unit_dir(dir) changes where dir (..., 3) changes by `change` (..., 3): across it, in radians.
+
+    The derivative of d / |d|: (c - u (u . c)) / |d|. By the shader's rules for the extremes of both.
+    """
+    d, u = finite_dir(dir), unit_dir(dir)
+    largest = largest_part(d)[..., None]
+    c = np.clip(np.clip(np.asarray(change, np.float64), -LARGEST, LARGEST) / 2**24 / largest, -1e18, 1e18)
+    return (c - u * np.einsum("...i,...i->...", u, c)[..., None]) / np.linalg.norm(d / largest, axis=-1, keepdims=True)
 
 
 def turned_up(dir: npt.ArrayLike) -> F64:
