@@ -1,0 +1,129 @@
+"""What several commands share: the options, the session they say things in, figures as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from glbump.errors import GlbumpError
+
+
+@dataclass
+class Session:
+    """What the options that every command has say."""
+
+    quiet: bool = False
+    debug: bool = False
+
+    def say(self, text: str) -> None:
+        """One line for people, on standard output."""
+        if not self.quiet:
+            click.echo(text)
+
+    def note(self, text: str) -> None:
+        """One line about what was found and mended, on standard error."""
+        if not self.quiet:
+            click.echo(f"glbump: note: {text}", err=True)
+
+
+def common(command: Callable[..., Any]) -> Callable[..., Any]:
+    """-q and --debug, kept in the session."""
+
+    def keep(name: str) -> Callable[[click.Context, click.Parameter, bool], None]:
+        return lambda context, _, value: setattr(context.obj, name, value)
+
+    for flags, name, text in (
+        (("--debug",), "debug", "Show the traceback of an error."),
+        (("-q", "--quiet"), "quiet", "Print nothing but errors and what was asked for."),
+    ):
+        option = click.option(*flags, is_flag=True, expose_value=False, callback=keep(name), help=text)
+        command = option(command)
+    return click.pass_obj(command)
+
+
+def checked(check: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """A wrong word in an option is a wrong call (exit 2), said in the words of glbump's own check."""
+
+    def callback(_context: click.Context, _parameter: click.Parameter, value: Any) -> Any:
+        if value is None:
+            return None
+        try:
+            return check(value)
+        except (GlbumpError, ValueError, ZeroDivisionError) as error:
+            raise click.BadParameter(str(error)) from error
+
+    return callback
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, cross, height = text.partition("x")
+    try:
+        return int(width), int(height if cross else width)
+    except ValueError:
+        raise ValueError(f"a size is WIDTHxHEIGHT in pixels, as 512x512; got {text!r}") from None
+
+
+def _quality(word: str) -> str:
+    from glbump.quality import Quality
+
+    return Quality(word).preset
+
+
+def _tone(word: str) -> str:
+    from glbump.maps.images import TONES
+    from glbump.validate import choice
+
+    return choice("tone", word, TONES)
+
+
+def _plain(value: Any) -> Any:
+    """`value` as JSON has it: plain numbers, and null for what is not finite."""
+    import math
+    from dataclasses import asdict, is_dataclass
+
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [_plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+def print_json(value: Any) -> None:
+    """Figures for machines, on standard output: strict JSON."""
+    click.echo(json.dumps(_plain(value), indent=2, allow_nan=False))
+
+
+size_option = click.option(
+    "--size", default="512x512", metavar="WxH", callback=checked(_size), help="Pixels; default 512x512."
+)
+quality_option = click.option(
+    "--quality",
+    default="balanced",
+    metavar="Q",
+    callback=checked(_quality),
+    help="fast, balanced (default) or exact.",
+)
+backend_option = click.option(
+    "--backend", metavar="B", help="auto (default), egl, osmesa or window; or set GLBUMP_BACKEND."
+)
+tone_option = click.option(
+    "--tone",
+    default="clip",
+    metavar="T",
+    callback=checked(_tone),
+    help="Tone curve of PNG and JPEG: clip (default), reinhard or filmic.",
+)
+exposure_option = click.option(
+    "--exposure", type=float, default=0.0, metavar="E", help="Stops, of PNG and JPEG; default 0."
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print figures as JSON.")

@@ -1,0 +1,93 @@
+"""`glbump render`: one picture of a scene file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from glbump.commands.options import (
+    Session,
+    backend_option,
+    common,
+    exposure_option,
+    json_option,
+    print_json,
+    quality_option,
+    size_option,
+    tone_option,
+)
+from glbump.progress import progress
+
+if TYPE_CHECKING:
+    from glbump.frame import Frame
+
+
+def _render(session: Session, call: Callable[[], Frame], label: str) -> Frame:
+    with progress(label, shown=not session.quiet):
+        return call()
+
+
+@click.command()
+@click.argument("scene", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=".png .jpg .exr .hdr .tif")
+@size_option
+@quality_option
+@backend_option
+@click.option("--set", "settings", multiple=True, metavar="A.B=V", help="Change a value of the scene (TOML).")
+@tone_option
+@exposure_option
+@click.option("--reference", is_flag=True, help="Ray-cast in float64 NumPy, without OpenGL: slow and exact.")
+@click.option("--samples", type=click.IntRange(min=1), metavar="N", help="Samples a pixel of --reference.")
+@json_option
+@common
+def render(
+    session: Session,
+    scene: Path,
+    output: Path,
+    size: tuple[int, int],
+    quality: str,
+    backend: str | None,
+    settings: tuple[str, ...],
+    tone: str,
+    exposure: float,
+    reference: bool,
+    samples: int | None,
+    as_json: bool,
+) -> None:
+    """Draw one picture of a scene file.
+
+    \b
+    glbump render scene.toml -o ball.png --size 1024x1024
+    glbump render scene.toml -o ball.exr --set surface.0.bump.amplitude=0.1
+    glbump render scene.toml -o truth.png --reference --samples 64
+    """
+    from glbump.maps.files import check_target
+    from glbump.scene import check_size
+    from glbump.scenefile import files_of, load_scene, set_from_text
+
+    if samples is not None and not reference:
+        raise click.UsageError("--samples is of --reference; choose --quality otherwise")
+    size = check_size(size)
+    content = set_from_text(load_scene(scene), *settings)
+    check_target(output, tone=tone, exposure=exposure, inputs=files_of(content))
+
+    if reference:
+        from glbump.reference import render as render_reference
+
+        frame = _render(session, lambda: render_reference(content, size=size, samples=samples or 16), "casting rays")
+    else:
+        from glbump.gl.renderer import render as render_gl
+
+        frame = _render(
+            session, lambda: render_gl(content, size=size, quality=quality, backend=backend or "auto"), "drawing"
+        )
+    frame.save(output, tone=tone, exposure=exposure)
+    if as_json:
+        print_json({"path": output, "size": frame.size, "stats": frame.stats})
+    else:
+        session.say(f"{output}  {frame.size[0]}x{frame.size[1]}")
+    for note in frame.stats.get("notes", ()):
+        session.note(note)
