@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from glbump.environment import CubeMap, Environment, LatLong, Pictured, Procedural
+from glbump.environment import Captured, Environment, Pictured, Procedural
 from glbump.errors import ImageError, LimitError
 from glbump.image import ArrayImage, picture_of
-from glbump.maps.layout import LATLONG, LAYOUTS, EnvironmentMap, completed
-from glbump.maps.panorama import cube_from_picture, panorama_from_picture
+from glbump.maps.facefiles import face_files
+from glbump.maps.layout import LATLONG, EnvironmentMap
 from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
 from glbump.scene import Bump, NormalMap, Scene
 from glbump.shapes import MeshFile, Shape
@@ -54,13 +55,21 @@ class _Same:
         return isinstance(other, _Same) and other.it is self.it
 
 
+def pictures_of(environment: Pictured) -> tuple[Path | ArrayImage, ...]:
+    """The files and arrays that an environment is made of: of a folder or a pattern the six faces in it."""
+    images = tuple(picture_of(image) for image in environment.images)
+    if len(images) == 1 and isinstance(images[0], Path) and environment.layout == "cube":
+        return face_files(images[0]) or images
+    return images
+
+
 def environment_key(environment: Environment) -> Hashable:
     """What an environment's texture is known by: rotation, exposure and the like do not change it."""
     if isinstance(environment, Procedural):
         return environment.kind, *environment.arguments().values()
     assert isinstance(environment, Pictured)
     orientation = getattr(environment, "orientation", None)
-    return environment.layout, orientation, tuple(source_key(picture_of(i)) for i in environment.images)
+    return environment.layout, orientation, tuple(source_key(i) for i in pictures_of(environment))
 
 
 def bump_key(bump: Bump | NormalMap) -> Hashable:
@@ -106,6 +115,13 @@ class Contents:
         """
         result: EnvironmentMap = self._get(environment_key(environment), lambda: _read(environment))
         return result
+
+    def notes(self, scene: Scene) -> list[str]:
+        """What was assumed, or found and mended, while the scene's files were read."""
+        meshes = (s.shape for s in scene.surfaces if isinstance(s.shape, MeshFile))
+        pictured = (e for e in scene.environments if isinstance(e, Pictured) and not isinstance(e, Captured))
+        found = [f"{shape.path}: {note}" for shape in meshes for note in self.mesh(shape).notes]
+        return [*found, *(note for environment in pictured for note in self.environment(environment).notes)]
 
     def peak(self, environment: Environment) -> float:
         """The largest value in the environment's picture, of either sign, before its exposure; a bound of it where the
@@ -198,18 +214,17 @@ def _read(environment: Environment) -> EnvironmentMap:
 
         return EnvironmentMap(LATLONG, table(environment, TABLE).astype(np.float32)[None])
     from glbump.maps.images import read_colour
+    from glbump.maps.pictured import environment_of
 
     assert isinstance(environment, Pictured)
-    images = environment.images
-    if len(images) == 1 and isinstance(images[0], ArrayImage) and images[0].pixels.ndim == 4:
-        images = tuple(ArrayImage(face) for face in images[0].pixels)
-    pictures = [read_colour(picture_of(image)) for image in images]
-    if isinstance(environment, LatLong):
-        return panorama_from_picture(pictures[0])
-    if isinstance(environment, CubeMap):
-        return cube_from_picture(pictures if len(pictures) > 1 else pictures[0], environment.orientation)
-    layout = LAYOUTS[environment.layout]
-    return EnvironmentMap(layout, completed(layout, pictures[0].pixels[None]))
+    images = pictures_of(environment)
+    result = environment_of(
+        [read_colour(image) for image in images], environment.layout, getattr(environment, "orientation", "auto")
+    )
+    if len(images) == len(environment.images):
+        return result
+    names = ", ".join(image.name for image in images if isinstance(image, Path))
+    return replace(result, notes=(f"{environment.images[0]}: its faces +X -X +Y -Y +Z -Z are {names}", *result.notes))
 
 
 def _slopes(bump: Bump | NormalMap) -> F32:

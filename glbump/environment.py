@@ -160,18 +160,20 @@ class LatLong(Pictured):
 class CubeMap(Pictured):
     """Six faces in the order +X -X +Y -Y +Z -Z.
 
-    image: an OpenEXR cube, a picture of six faces (a column, a row, a cross), a sequence of six pictures, or an array
-    (6, N, N, 3). orientation: "opengl" (the OpenGL face table) or "inside" (pictures of what one sees from inside,
-    mirrored against that table); an OpenEXR `envmap` header decides by itself.
+    image: an OpenEXR cube, a picture of six faces (a column, a row, a cross), a sequence of six pictures, a folder of
+    them or a pattern NAME_{face}.png, or an array (6, N, N, 3). orientation: "opengl" (the OpenGL face table), "inside"
+    (pictures of what one sees from inside, mirrored against that table), or "auto": crosses and files named front,
+    back, ... are seen from inside, with their front at -Z; of others the edges tell, and it is "opengl" where they do
+    not. An OpenEXR `envmap` header decides by itself.
     """
 
     kind: ClassVar[str] = "cube"
     image: Image | Sequence[Image]
-    orientation: str = "opengl"
+    orientation: str = "auto"
 
     def __post_init__(self) -> None:
         self._check_image(6)
-        check.choice("environment.orientation", self.orientation, ("opengl", "inside"))
+        check.choice("environment.orientation", self.orientation, ("auto", "opengl", "inside"))
         self._check_common()
 
 
@@ -203,11 +205,11 @@ class HemiCube(_UpperHalf):
 
     kind: ClassVar[str] = "hemicube"
     image: Image | Sequence[Image]
-    orientation: str = "opengl"
+    orientation: str = "auto"
 
     def __post_init__(self) -> None:
         self._check_image(5)
-        check.choice("environment.orientation", self.orientation, ("opengl", "inside"))
+        check.choice("environment.orientation", self.orientation, ("auto", "opengl", "inside"))
         self._check_below()
         self._check_common()
 

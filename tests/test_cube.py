@@ -12,7 +12,7 @@ from glbump.errors import ImageError
 from glbump.maps import cube
 from glbump.maps.cube import face_dir, face_of, solid_angles, texel_directions
 from glbump.maps.layout import CUBE, EnvironmentMap, sample
-from glbump.maps.panorama import cube_from_picture
+from glbump.maps.pictured import environment_of
 
 # OpenGL 4.6 core, table 8.19: the vector along s and along t.
 TABLE = {
@@ -139,10 +139,10 @@ def test_faces_come_to_lie_where_they_look(table: Any, orientation: str, envmap:
     """Faces that hold their own direction give it back, from a column and from six pictures."""
     n, border = 9, envmap == "cube"
     faces = painted(table, n, border)
-    made = [cube_from_picture(picture(faces.reshape(6 * n, n, 3), envmap), orientation)]
+    made = [environment_of(picture(faces.reshape(6 * n, n, 3), envmap), "cube", orientation)]
     if not border:
-        made.append(cube_from_picture(picture(faces), orientation))
-        made.append(cube_from_picture([picture(face) for face in faces], orientation))
+        made.append(environment_of(picture(faces), "cube", orientation))
+        made.append(environment_of([picture(face) for face in faces], "cube", orientation))
     dirs = directions(5000)
     dirs /= np.abs(dirs).max(axis=1, keepdims=True)
     # Away from the edges, where a bilinear look-up of a linear function is exact but for float32.
@@ -150,8 +150,8 @@ def test_faces_come_to_lie_where_they_look(table: Any, orientation: str, envmap:
     for faces_made in made:
         assert faces_made.has_own_grid == border
         assert np.abs(sample(faces_made, dirs) - dirs)[inside].max() < 1e-6
-    mirrored = cube_from_picture(picture(painted(TABLE if table is INSIDE else INSIDE, n, border).reshape(-1, n, 3),
-                                         envmap), orientation)  # fmt: skip
+    wrong = painted(TABLE if table is INSIDE else INSIDE, n, border)
+    mirrored = environment_of(picture(wrong.reshape(-1, n, 3), envmap), "cube", orientation)
     assert np.abs(sample(mirrored, dirs) - dirs)[inside].max() > 1
 
 
@@ -228,7 +228,7 @@ SQUARE = np.zeros((4, 4, 3))
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (picture(np.zeros((4, 24, 3))), "got 24x4"),
+        (picture(np.zeros((4, 20, 3))), "got 20x4"),
         (picture(np.zeros((6, 4, 5, 3))), "an array 6 x 4 x 5 x 3"),
         (picture(np.zeros((8, 16, 3)), "latlong"), 'use kind = "lat-long"'),
         (picture(np.zeros((6, 1, 3)), "cube"), "at least 2x2"),
@@ -239,6 +239,6 @@ SQUARE = np.zeros((4, 4, 3))
 )
 def test_pictures_that_are_no_cube(given: Any, words: str) -> None:
     with pytest.raises(ImageError) as caught:
-        cube_from_picture(given)
+        environment_of(given, "cube")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -221,7 +221,7 @@ def test_the_layout_is_found_without_being_told(layout: str) -> None:
 def test_round_trips(layout: str, orientation: str) -> None:
     """Nothing is resampled, so nothing changes."""
     kind = UNFOLDINGS[layout].layout if layout in UNFOLDINGS else LAYOUTS["cube" if layout == "faces" else layout]
-    tiles, height, width = kind.shape(N)
+    _, height, width = kind.shape(N)
     pixels = completed(kind, radiance(texel_dirs(kind, (width, height))).astype(np.float32))
     drawn_so = picture_of(EnvironmentMap(kind, pixels), layout, orientation)
     again = environment_of(picture(drawn_so), layout, orientation)

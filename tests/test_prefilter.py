@@ -14,7 +14,7 @@ from glbump.maps import cube, layout
 from glbump.maps.cube import solid_angles, texel_directions
 from glbump.maps.images import read_colour
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir
-from glbump.maps.panorama import cube_from_picture, panorama_from_picture
+from glbump.maps.pictured import environment_of
 from glbump.maps.prefilter import area_faces, gloss_chain, sh9
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -110,7 +110,7 @@ def texels(pano: EnvironmentMap) -> tuple[Any, Any, Any]:
 def shipped(name: str) -> EnvironmentMap:
     if not (DATA / name).exists():
         pytest.skip(f"needs ../shared/data/{name} beside the repository")
-    return panorama_from_picture(read_colour(DATA / name))
+    return environment_of(read_colour(DATA / name), "lat-long")
 
 
 def test_diffuse_light_of_a_photograph() -> None:
@@ -253,7 +253,7 @@ def test_little_light_is_lost_from_a_panorama(width: int) -> None:
 def test_panorama_and_cube_agree_on_the_shipped_pair() -> None:
     """Two files of one environment: nine coefficients, sun and all."""
     pano = shipped("openexr/KernerEnvLatLong.exr")
-    faces = cube_from_picture(read_colour(DATA / "openexr" / "KernerEnvCube.exr"))
+    faces = environment_of(read_colour(DATA / "openexr" / "KernerEnvCube.exr"), "cube")
     a, b = sh9(pano), sh9(faces)
     assert np.abs(a - b).max() < 0.02 * a[0].max()
     assert layout.latlong_uv(a[[3, 1, 2], 0]) == pytest.approx(layout.latlong_uv(b[[3, 1, 2], 0]), abs=2e-3)

@@ -27,9 +27,10 @@ def seam_step(environment: EnvironmentMap, truth: EnvironmentMap | None = None) 
     """The step across the worst edge of the tiles, over the typical one at like places inside. 1: no seam.
 
     A step is the change between two look-ups a quarter of a texel before and behind a line, on the great circle square
-    to it, per angle. Lines are the edges of the tiles (of a disc its rim; of a lat-long picture its sides and poles) and,
-    on both sides, those one and two texels off; along them there is a place at the middle of each texel. Of each edge
-    the root mean square of the steps across it is divided by that of the steps inside; the worst quotient is the answer.
+    to it, per angle. Lines are the edges of the tiles (of a disc its rim; of a lat-long picture its sides and its
+    poles) and, on both sides, those one and two texels off; along them there is a place at the middle of each texel. Of
+    each edge the root mean square of the steps across it is divided by that of the steps inside; the worst quotient is
+    the answer.
 
     Of a smooth function it is 1 up to the square of a texel's angle. A tile continued by its own last texels gives 2, a
     wrong neighbour the contrast of the picture in texels. Where a picture has more contrast just along an edge than

@@ -64,9 +64,9 @@ def detect(picture: Picture) -> Detected:
     return Detected("lat-long", "inside", "no other layout has its shape", False)
 
 
-def candidates(layout: str, width: int, height: int) -> Unfolding | None:
-    """The unfolding of a cube, or of a hemicube, that has this shape."""
-    fitting = (u for u in UNFOLDINGS.values() if u.layout.name == layout and u.fits(width, height))
+def candidate(layout: str, width: int, height: int) -> Unfolding | None:
+    """The unfolding that has this name and this shape; of a "cube" or a "hemicube" the one that has this shape."""
+    fitting = (u for u in UNFOLDINGS.values() if layout in (u.name, u.layout.name) and u.fits(width, height))
     return next(fitting, None)
 
 

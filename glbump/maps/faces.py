@@ -12,7 +12,7 @@ import numpy.typing as npt
 from glbump.errors import ImageError
 from glbump.maps.continuity import edge_steps, turned_faces
 from glbump.maps.cube import FACES
-from glbump.maps.detect import candidates, holes_are_empty
+from glbump.maps.detect import candidate, holes_are_empty
 from glbump.maps.facefiles import STYLES, WORDS, faces_by_name
 from glbump.maps.layout import CUBE, HEMICUBE, EnvironmentMap, Layout, on_border
 from glbump.maps.unfolding import ORIENTATIONS, UNFOLDINGS, VSTRIP, oriented, parts_of, tiles_of
@@ -35,21 +35,13 @@ def of_one_cube(picture: Picture, layout: str, orientation: str) -> EnvironmentM
     """The cube or hemicube in a picture, (H, W, 3) or (6, N, N, 3). layout: "cube", "hemicube", "faces", or one of
     UNFOLDINGS. orientation: "opengl", "inside" or "auto"."""
     pixels, name = picture.pixels, picture.name
-    if pixels.ndim == 4 or layout == "faces":
-        if pixels.shape != (6, *pixels.shape[1:2] * 2, 3) or layout == "hemicube":
-            raise ImageError(
-                f"{name}: an array of faces must be 6 x N x N x 3; got {' x '.join(map(str, pixels.shape))}"
-            )
+    if pixels.shape == (6, *pixels.shape[1:2] * 2, 3) and layout in ("cube", "faces"):
         return _checked(CUBE, pixels, orientation, name)
     height, width = pixels.shape[:2]
-    if layout in UNFOLDINGS:
-        unfolding = UNFOLDINGS[layout] if UNFOLDINGS[layout].fits(width, height) else None
-    else:
-        unfolding = candidates(layout, width, height)
-    if picture.envmap == "cube" and unfolding is not VSTRIP:
-        unfolding = None
-    if unfolding is None:
-        raise ImageError(f"{name}: {_shapes(layout)}; got {width}x{height}; give one of these, or {_files(layout)}")
+    unfolding = candidate(layout, width, height) if pixels.ndim == 3 else None
+    if unfolding is None or (picture.envmap == "cube" and unfolding is not VSTRIP):
+        got = f"{width}x{height}" if pixels.ndim == 3 else f"an array {' x '.join(map(str, pixels.shape))}"
+        raise ImageError(f"{name}: {_shapes(layout)}; got {got}; give one of these, or {_files(layout)}")
     if picture.envmap == "cube":
         if width < 2:
             raise ImageError(f"{name}: an OpenEXR cube must have faces of at least 2x2 samples; got 1x1")
