@@ -536,7 +536,69 @@ def _slope_case(terms: int, *more: Any) -> Case:
     )
 
 
+# ---- encodings
+
+_MIDDLES = np.float32([128, 512, 2048, 32768])
+
+
+def _coded(values: Any) -> Rows:
+    """-1..1 (count, n) as codes of 8, 10, 12 and 16 bits, 0..1, and their middles."""
+    middle = np.resize(_MIDDLES, len(values)).astype(float)
+    codes = np.rint(middle[:, None] + (middle[:, None] - 1) * np.asarray(values, float))
+    return codes / (2 * middle[:, None] - 1), middle
+
+
+_AXES_UNFOLDED = np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (0.5, -0.5)] * 4)
+
+
+def _outwards(count: int = 4000) -> Any:
+    n = inputs.directions(count)
+    return np.where(n[:, 2:] < 0, -n, n)
+
+
+def _xy_bound(c: Any, middle: Any, want: F64) -> F64:
+    """x^2 + y^2 is off by some roundings of 1; its root is off by those over z, and at the rim by their root."""
+    return 8 * EPS + 24 * EPS / np.maximum(want[:, 2], np.sqrt(24 * EPS))
+
+
+def _normals_of_all_lengths() -> Rows:
+    """All directions, flat and inward ones among them, on both sides of the steepest slope, and no direction."""
+    n = inputs.directions(3000, 1).astype(float)
+    steep = np.array([[1, 0, z] for z in (0.9 / 128, 1.1 / 128, 1e-9, -1e-9)])
+    n = np.concatenate([n, steep, steep[:, [1, 0, 2]], -steep[:2] * [1, 1, -1], np.zeros((1, 3))])
+    # Straight in there is no steepest way out: the smallest numbers decide, which drivers may flush.
+    n[np.abs(n) < 1e-20] = 0.0
+    return (n * inputs.log_uniform(len(n), 1e-6, 1e6, (1,), 3)).astype(np.float32)
+
+
 CASES: dict[str, Case] = {
+    "encodings.signed_codes": Case(
+        lambda: _coded(inputs.uniform(4000, -1, 1, (3,))),
+        "a product of at most twice the middle is rounded, a difference, and a division by the middle",
+        abs=8 * EPS,
+    ),
+    "encodings.normal_from_rgb": Case(
+        lambda: _coded(inputs.directions(4000)), "codes within 8 EPS, and an inverse root of 1.5 ULP", abs=12 * EPS
+    ),
+    "encodings.normal_from_rg": Case(
+        lambda: _coded(_outwards()[:, :2]), "codes within 8 EPS through the root of 1 - x^2 - y^2", abs=_xy_bound
+    ),
+    "encodings.normal_from_octahedral": Case(
+        lambda: _coded(np.concatenate([inputs.uniform(4000, -1, 1, (2,)), _AXES_UNFOLDED])),
+        "places within 8 EPS, three times as far in the middle of a face, where they are nearest",
+        abs=32 * EPS,
+    ),
+    "encodings.codes_from_bytes": Case(
+        lambda: (np.random.default_rng(1).integers(0, 256, (3000, 3)) / 255,), "a division of 2.5 ULP", ulps=3
+    ),
+    "encodings.slope_from_rg": Case(
+        lambda: (*_coded(inputs.uniform(4000, -1, 1, (2,))), inputs.log_uniform(4000, 1e-3, 128)),
+        "codes within 8 EPS, times the steepest slope",
+        abs=lambda c, middle, steepest, want: 10 * EPS * np.asarray(steepest, float),
+    ),
+    "encodings.slope_from_normal": Case(
+        lambda: (_normals_of_all_lengths(),), "two divisions of 2.5 ULP; 128 divides exactly", ulps=4
+    ),
     "gradients.height_at": Case(_map_places(), "two products and two sums each way, below 1", abs=6 * EPS),
     "gradients.slope_forward": _slope_case(2),
     "gradients.slope_across": _slope_case(2, np.float32(1.5)),
