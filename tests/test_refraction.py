@@ -173,6 +173,13 @@ def test_all_is_reflected_past_the_critical_angle_and_at_grazing() -> None:
     assert left[:-1] / left[1:] == pytest.approx(10, rel=0.02)
 
 
+def test_no_more_than_all_is_reflected(glsl: Glsl) -> None:
+    """Also where both terms are 1 but for rounding: what is let through is 1 less this, and never negative."""
+    c, eta = inputs.every(np.append(0, inputs.log_uniform(300, 1e-9, 1)), inputs.log_uniform(300, 1e-3, 10, seed=1))
+    got = glsl("lib/reflect.glsl").fresnel_dielectric(c, eta)
+    assert 0 <= got.min() < got.max() == 1
+
+
 def test_no_change_of_index_reflects_nothing_at_all(glsl: Glsl) -> None:
     c = np.concatenate([inputs.floats(0, 1), inputs.uniform(1000)])
     assert not fresnel_dielectric(c, 1.0).any()

@@ -18,8 +18,8 @@ vec3 fresnel_schlick(vec3 f0, float cos_theta) {
     return f0 + (1.0 - f0) * (m2 * m2 * m);
 }
 
-// Direction of dir behind the surface (Snell, in vector form): its part along the surface becomes eta = index before
-// over index behind times as long. Total internal reflection gives the mirror direction. Unit for unit input; n may
+// Direction of dir behind the surface (Snell, in vector form): its part along the surface becomes eta times as long,
+// eta being the index of refraction before the surface over that behind it. Total internal reflection gives the mirror direction. Unit for unit input; n may
 // point to either side, and eta = 1 gives dir.
 vec3 refract_dir(vec3 dir, vec3 n, float eta) {
     float along = dot(dir, n);
@@ -29,20 +29,20 @@ vec3 refract_dir(vec3 dir, vec3 n, float eta) {
     return across + (along > 0.0 ? sqrt(rest) : -sqrt(rest)) * n;
 }
 
-// Share of unpolarised light that a dielectric reflects (Fresnel): eta = index before over index behind, as above.
+// Share of unpolarised light that a dielectric reflects (Fresnel); eta as above, any above 0.
 // The amplitudes' differences are multiplied out, so nothing cancels: at eta = 1 it is 0 to the last degree of grazing.
 // cos_i outside 0..1 is taken as its nearer end; 1 past the critical angle.
 float fresnel_dielectric(float cos_i, float eta) {
     float c = clamp(cos_i, 0.0, 1.0);
     float a = eta * c;
-    float between = (1.0 - eta) * (1.0 + eta);
-    float square = between + a * a;
+    float sines = eta * (1.0 - c) * (1.0 + c);
+    // Twice the same, without cancellation: for eta near 1 at grazing angles, and for any eta near the normal.
+    float square = c < 0.7 ? (1.0 - eta) * (1.0 + eta) + a * a : 1.0 - eta * sines;
     if (square < 0.0) return 1.0;
     float cos_t = sqrt(square);
     // s: (a - cos_t) / (a + cos_t), where a^2 - cos_t^2 = eta^2 - 1. p: s times cos(i + t) / cos(i - t).
     float sum = max(a + cos_t, 1e-18);
     float s = (1.0 - eta) / sum * ((1.0 + eta) / sum);
-    float sines = eta * (1.0 - c) * (1.0 + c);
     float p = s * (c * cos_t - sines) / (c * cos_t + sines);
-    return 0.5 * (s * s + p * p);
+    return min(0.5 * (s * s + p * p), 1.0);
 }

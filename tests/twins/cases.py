@@ -421,6 +421,51 @@ def _seen_footprints(*size: Any) -> Callable[[], Rows]:
     return made
 
 
+def _places_in_a_room() -> tuple[Any, Any, Any]:
+    """Points in and round rooms of sizes 1e-9 to 1e9 about the origin, directions of all lengths, and the sizes."""
+    d = _scaled(inputs.directions(4000, 1), 1e-15, 1e15)
+    size = inputs.log_uniform(len(d), 1e-9, 1e9, (1,), 2)
+    p = inputs.uniform(len(d), -1, 1, (3,), 3)
+    p[::5] *= 3
+    p[1::50] = 0.0
+    # Components that a driver may flush would tell a wall that is never met from one that is.
+    d[~off_seams(d)] = [0.0, 2.0, 0.0]
+    return p * size, d, size
+
+
+def _parallax_boxes() -> Rows:
+    """Points in boxes, on their walls, outside; the origin is at least a fifth of the size inside."""
+    p, d, size = _places_in_a_room()
+    low, high = (-size * inputs.uniform(len(p), 0.2, 1, (3,), 4), size * inputs.uniform(len(p), 0.2, 1, (3,), 5))
+    p[2::40], p[3::40, 1] = low[2::40], high[3::40, 1]
+    return p, d, low, high
+
+
+def _box_bound(p: Any, dir: Any, low: Any, high: Any, want: F64) -> F64:
+    """Where the ray ends is off by some roundings of p and of the way, and no nearer to the origin than the walls."""
+    p, low, high = (np.asarray(a, float) for a in (p, low, high))
+    d = np.asarray(dir, float) / np.abs(dir).max(axis=-1, keepdims=True)
+    to = (np.where(d > 0, high, low) - p) / np.where(d == 0, 1e-30, np.abs(d)) * np.sign(d)
+    way = np.clip(np.where(d == 0, np.inf, to).min(axis=-1), 0, None)
+    room = np.minimum(np.abs(low), np.abs(high)).min(axis=-1)
+    return 6 * EPS + 4 * EPS * (np.abs(p).max(axis=-1) + way) / room
+
+
+def _parallax_spheres() -> Rows:
+    """Points in spheres and outside; the origin is at least half of the radius inside."""
+    p, d, size = _places_in_a_room()
+    return p, d, size * inputs.uniform(len(p), -0.28, 0.28, (3,), 4), size[:, 0]
+
+
+def _sphere_parallax_bound(p: Any, dir: Any, centre: Any, radius: Any, want: F64) -> F64:
+    """Roundings of the offset in radii; the half chord's square is off by as many, and its root where it is small."""
+    o = (np.asarray(p, float) - centre) / np.asarray(radius, float)[:, None]
+    d = np.asarray(dir, float) / length(np.asarray(dir, float))[:, None]
+    chord = np.sqrt(np.maximum(1 - dot(o, o) + dot(o, d) ** 2, 0))
+    off = 2 * EPS * (1 + length(o)) ** 2
+    return 6 * EPS + (off + np.minimum(off / np.maximum(chord, 1e-150), np.sqrt(2 * off))) / 0.5
+
+
 def _tiles() -> Rows:
     place = np.concatenate(
         [inputs.uniform(2000, 0, 6, (1,), 1) // 1, inputs.uniform(2000, shape=(2,), seed=2)], axis=-1
@@ -430,12 +475,12 @@ def _tiles() -> Rows:
 
 
 def _dielectrics() -> Rows:
-    """Angles and indices from 1/10 to 10: all of either, at grazing and normal incidence, beside no change at all and
-    beside the critical angle."""
+    """Angles and indices from 1/100 to 100, 1e4 too: at grazing and normal incidence, beside no change of index at all
+    and beside the critical angle."""
     ends = np.float32([-0.5, 0, 2.0**-149, 1e-30, 1e-10, 1e-4, 1 - 2.0**-24, 1, 1.5])
-    beside = np.float32([1, 1 - 2.0**-24, 1 + 2.0**-23, 1 + 1e-4, 1.5, 1 / 1.5, 2.4, 1 / 2.4, 10, 0.1])
+    beside = np.float32([1, 1 - 2.0**-24, 1 + 2.0**-23, 1 + 1e-4, 1.5, 1 / 1.5, 2.4, 1 / 2.4, 1e4, 1e-4])
     angles = np.append(ends, inputs.uniform(60, seed=1))
-    cos, eta = inputs.every(angles, np.append(beside, inputs.log_uniform(60, 0.1, 10, seed=2)))
+    cos, eta = inputs.every(angles, np.append(beside, inputs.log_uniform(60, 0.01, 100, seed=2)))
     dense = inputs.log_uniform(500, 1 + 1e-6, 10, seed=3)
     critical = np.sqrt((1 - 1 / dense) * (1 + 1 / dense)).astype(np.float32)
     near = (critical * inputs.uniform(500, 0.999, 1.001, seed=4)).astype(np.float32)
@@ -447,7 +492,7 @@ def _fresnel_bound(cos_i: Any, eta: Any, want: F64) -> F64:
     share by at most 4 / (eta c + cos_t) of itself through one factor, by twice the other's slope through the other."""
     c, e = np.clip(np.asarray(cos_i, float), 0, 1), np.asarray(eta, float)
     square = (1 - e) * (1 + e) + (e * c) ** 2
-    off = 4 * EPS * (np.abs((1 - e) * (1 + e)) + (e * c) ** 2)
+    off = 4 * EPS * np.where(c < 0.7, np.abs((1 - e) * (1 + e)) + (e * c) ** 2, 1 + e * e * (1 - c) * (1 + c))
     cos_t, sines = np.sqrt(np.maximum(square, 1e-300)), e * (1 - c * c)
     error = np.where(square < -off, 0.0, np.minimum(np.sqrt(off), off / cos_t))
     slope = 4 / (e * c + cos_t) + np.minimum(1 / cos_t, 4 * c / np.maximum(sines, 1e-150))
@@ -459,6 +504,8 @@ def _refractions() -> Rows:
     d, n = inputs.directions(4000, 1), inputs.directions(4000, 2)
     eta = inputs.log_uniform(len(d), 0.25, 4, seed=3)
     eta[::7], n[::50] = 1.0, d[::50]
+    # Along the surface to the last float.
+    n[:6], eta[:6] = np.roll(d[:6], 2, axis=0), 0.5
     return d, n, eta
 
 
@@ -766,6 +813,17 @@ CASES: dict[str, Case] = {
     ),
     "layout.atlas_uv": Case(
         _tiles, "two products, two sums and a division of 2.5 ULP, of coordinates of at most 1", abs=5 * EPS
+    ),
+    "parallax.box_parallax": Case(
+        _parallax_boxes,
+        "a difference and a division of 2.5 ULP for the way, a product and a sum, of p and of the way; over the "
+        "distance of what is met",
+        abs=_box_bound,
+    ),
+    "parallax.sphere_parallax": Case(
+        _parallax_spheres,
+        "some four roundings of the offset, squared, and of the root of what it leaves of the radius",
+        abs=_sphere_parallax_bound,
     ),
     "reflect.refract_dir": Case(
         _refractions,
