@@ -31,6 +31,11 @@
 #if LIGHT == GLOSSY
 #include "lib/ggx.glsl"
 #endif
+#if PARALLAX
+#include "room.glsl"
+uniform mat3 room_from_object;
+uniform vec3 origin_room;
+#endif
 
 #if DIRECTION == BY_POINT
 uniform vec4 eye_object;  // w = 1: where the eye is; w = 0: the direction of view (orthographic)
@@ -73,10 +78,18 @@ uniform float bump_footprint;  // of a sample, in pixels
 uniform vec3 f0;
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
 uniform vec3 f0;
+#if DIFFUSE || TRANSMISSION
+uniform vec3 dielectric_f0;
+#endif
 #if DIFFUSE
 uniform vec3 diffuse_color;
-uniform vec3 dielectric_f0;
 uniform vec3 sh[9];
+#endif
+#if TRANSMISSION
+uniform vec3 transmitted_color;
+uniform vec3 base_color;
+uniform float metallic;
+uniform float ior;
 #endif
 #if LIGHT == GLOSSY
 uniform samplerCube gloss;
@@ -112,6 +125,7 @@ vec3 turned(vec3 v_object) {
 }
 
 struct SurfacePoint {
+    vec3 p_object;
     vec3 n_object;
     vec2 uv;
     vec3 dpdu;
@@ -121,6 +135,7 @@ struct SurfacePoint {
 // Only what BUMP needs is asked for; the compiler drops the rest.
 SurfacePoint surface_point(vec3 dir_object) {
     SurfacePoint s;
+    s.p_object = p_object;
 #if SHAPE == MESH
     // Between vertices whose normals are opposite there is none: 0, and no NaN.
     s.n_object = mesh_normal * inversesqrt(max(dot(mesh_normal, mesh_normal), 1e-30));
@@ -135,6 +150,7 @@ SurfacePoint surface_point(vec3 dir_object) {
     if (!gl_FrontFacing) dir_object = -dir_object;
 #endif
     vec3 p = p_object + sphere_step(p_object, dir_object, radius) * dir_object;
+    s.p_object = p;
     s.n_object = p / radius;
 #if BUMP
     s.uv = sphere_uv(p);
@@ -143,6 +159,7 @@ SurfacePoint surface_point(vec3 dir_object) {
 #endif
 #elif SHAPE == TORUS
     vec3 p = p_object + torus_step(p_object, dir_object, radius, tube) * dir_object;
+    s.p_object = p;
     s.n_object = torus_normal(p, radius);
 #if BUMP
     s.uv = torus_uv(p, radius);
@@ -192,7 +209,24 @@ vec3 bumped(SurfacePoint s, vec3 n_env) {
 }
 #endif
 
-vec3 light(vec3 dir_env, vec3 n_env) {
+// Radiance from dir_env at a point of the surface; p_room is looked at where there is a room.
+vec3 mirrored(vec3 p_room, vec3 dir_env) {
+#if PARALLAX
+    dir_env = in_room(p_room, dir_env);
+#endif
+#if LIGHT == GLOSSY
+    vec3 radiance = textureLod(gloss, dir_env, gloss_level).rgb;
+#if EXPOSURE
+    radiance *= exposure_factor;
+#endif
+    return radiance;
+#else
+    return environment_radiance(dir_env);
+#endif
+}
+
+// eta: index of refraction on the eye's side over that on the other.
+vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, float eta) {
 #if LOOKUP == REFLECTION
     vec3 look_env = reflect_dir(dir_env, n_env);
 #elif LOOKUP == BY_NORMAL
@@ -202,32 +236,42 @@ vec3 light(vec3 dir_env, vec3 n_env) {
 #endif
     float n_dot_v = -dot(dir_env, n_env);
 #if LIGHT == WHITE_MIRROR
-    return environment_radiance(look_env);
+    return mirrored(p_room, look_env);
 #elif LIGHT == TINTED_MIRROR
-    return fresnel_schlick(f0, n_dot_v) * environment_radiance(look_env);
+    return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look_env);
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
-#if LIGHT == SMOOTH
-    vec3 share = fresnel_schlick(f0, n_dot_v);
-    vec3 result = share * environment_radiance(look_env);
-#else
+#if LIGHT == GLOSSY
+    look_env = lobe_dir(n_env, look_env, roughness);
     vec3 share = glossy_share(f0, n_dot_v, roughness);
-    vec3 glossy = textureLod(gloss, lobe_dir(n_env, look_env, roughness), gloss_level).rgb;
-#if EXPOSURE
-    glossy *= exposure_factor;
-#endif
-    vec3 result = share * glossy;
-#endif
-#if DIFFUSE
-#if LIGHT == SMOOTH
-    vec3 kept = 1.0 - fresnel_schlick(dielectric_f0, n_dot_v);
-#else
+#if DIFFUSE || TRANSMISSION
     vec3 kept = 1.0 - glossy_share(dielectric_f0, n_dot_v, roughness);
 #endif
+#if TRANSMISSION
+    // All of it from the critical angle on, which a fit of smooth curves does not know.
+    float all = step(1.0, fresnel_dielectric(n_dot_v, eta)) * (1.0 - metallic);
+    share = mix(share, vec3(1.0), all);
+    kept *= 1.0 - all;
+#endif
+#elif TRANSMISSION
+    float reflected = fresnel_dielectric(n_dot_v, eta);
+    vec3 share = mix(vec3(reflected), fresnel_schlick(base_color, n_dot_v), metallic);
+    vec3 kept = vec3(1.0 - reflected);
+#else
+    vec3 share = fresnel_schlick(f0, n_dot_v);
+#if DIFFUSE
+    vec3 kept = 1.0 - fresnel_schlick(dielectric_f0, n_dot_v);
+#endif
+#endif
+    vec3 result = share * mirrored(p_room, look_env);
+#if DIFFUSE
     vec3 irradiance = sh9_irradiance(n_env, sh);
 #if EXPOSURE
     irradiance *= exposure_factor;
 #endif
     result += kept * diffuse_color * irradiance;
+#endif
+#if TRANSMISSION
+    result += kept * transmitted_color * mirrored(p_room, refract_dir(dir_env, n_env, eta));
 #endif
     return result;
 #else
@@ -259,7 +303,20 @@ void main() {
 #if TWO_SIDED
     n_env *= side;
 #endif
-    color = vec4(light(dir_env, n_env), 1.0);
+#if TRANSMISSION
+    float eta = 1.0 / ior;
+#if TWO_SIDED
+    if (side < 0.0) eta = ior;
+#endif
+#else
+    const float eta = 1.0;
+#endif
+#if PARALLAX
+    vec3 p_room = room_from_object * s.p_object + origin_room;
+#else
+    const vec3 p_room = vec3(0.0);
+#endif
+    color = vec4(light(p_room, dir_env, n_env, eta), 1.0);
 #if LOG_DEPTH
     gl_FragDepth = log_depth.x * log2(gl_FragCoord.w) + log_depth.y;
 #endif

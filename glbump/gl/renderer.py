@@ -25,7 +25,6 @@ from glbump.plan import Capabilities, Plan, make_plan
 from glbump.plan.choices import GLOSSY, MESH
 from glbump.quality import Quality, quality_of
 from glbump.scene import Scene, check_size
-from glbump.shapes import MeshFile
 
 _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
 _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
@@ -162,7 +161,6 @@ class Renderer:
 
     def _stats(self, scene: Scene, plan: Plan, draws: list[Draw]) -> dict[str, Any]:
         """All that is known before the frame is drawn."""
-        meshes = [s.shape for s in scene.surfaces if isinstance(s.shape, MeshFile)]
         return {
             "backend": self.context.backend,
             "renderer": self.context.info["renderer"],
@@ -170,8 +168,7 @@ class Renderer:
             "plan": {choice.what: choice.value for choice in plan.choices},
             "explain": plan.explain(),
             "bytes": self._store.bytes,
-            # What was found and mended while reading mesh files.
-            "notes": [f"{shape.path}: {note}" for shape in meshes for note in self.contents.mesh(shape).notes],
+            "notes": self.contents.notes(scene),
             "triangles": sum(draw.vertices.vertices for draw in draws) // 3,
         }
 
@@ -268,9 +265,10 @@ class Renderer:
 
     def _sky(self, plan: Plan, view: View) -> Draw:
         environment = plan.environments[0]
-        uniforms = self._program("sky.vert", "sky.frag", environment.defines)
+        defines = (*environment.defines, ("PARALLAX", plan.sky_parallax))
+        uniforms = self._program("sky.vert", "sky.frag", defines)
         textures = [] if environment.layout is None else [(self._store.environment(environment), _ENVIRONMENT)]
-        return Draw(uniforms, _SAMPLERS | view.environments[0], uniforms.vertices, textures)
+        return Draw(uniforms, _SAMPLERS | view.sky, uniforms.vertices, textures)
 
     # ------------------------------------------------------------ what is kept between frames
 

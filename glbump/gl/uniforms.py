@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from glbump.camera import projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
-from glbump.environment import Procedural
+from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.gl.textures import MeshBuffers
 from glbump.maps.layout import EnvironmentMap, level_sizes, sheet_corners
 from glbump.mesh import outline_matrix
@@ -89,6 +89,7 @@ class View:
     def __init__(self, scene: Scene, plan: Plan, contents: Contents) -> None:
         self._scene, self._plan = scene, plan
         self.environments = [environment_uniforms(e, plan.samples, contents) for e in plan.environments]
+        self.sky = room_uniforms(scene.environment, np.eye(3), np.asarray(scene.camera.eye)) | self.environments[0]
         self.surfaces = [surface_uniforms(scene, plan, i, contents) for i in range(len(scene.surfaces))]
         self.mirrored = [surface.transform.mirrors for surface in scene.surfaces]
         self._view = view_matrix(scene.camera)
@@ -195,6 +196,8 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
             values.update(radius=radius / unit, tube=tube / unit)
         case Quad(corners=corners):
             values["corners"] = (np.array([*corners], np.float64) - origin) / unit
+    if how.has("PARALLAX"):
+        values |= room_uniforms(environment.environment, matrix[:3, :3], matrix[:3, 3])
     if how.has("BUMP"):
         assert surface.bump is not None
         # The u,v of a mesh are counted in repeats already.
@@ -206,14 +209,38 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     f0 = f0_from_ior(material.ior)
     color = np.array(material.base_color)
     values["f0"] = tuple((1 - material.metallic) * f0 + material.metallic * color)
+    values["dielectric_f0"] = (float(f0),) * 3
+    through = material.transmission
+    values["diffuse_color"] = tuple((1 - material.metallic) * (1 - through) * color)
+    values["transmitted_color"] = tuple((1 - material.metallic) * through * color)
+    values |= {"base_color": material.base_color, "metallic": material.metallic, "ior": material.ior}
     if how.has("DIFFUSE"):
-        values["dielectric_f0"] = (float(f0),) * 3
-        values["diffuse_color"] = tuple((1 - material.metallic) * color)
         values["sh"] = contents.irradiance(environment.environment)
     if environment.gloss is not None:
         values["roughness"] = material.roughness
         values["gloss_level"] = material.roughness * (np.log2(environment.gloss[0]) - 2)
     return values
+
+
+def room_uniforms(environment: Environment, world_from_object: F64, origin: F64) -> dict[str, Any]:
+    """Of room.glsl, for points world_from_object (3, 3) @ p + origin (3,): relative to where the environment was taken,
+    in its frame, in units of the room."""
+    if not isinstance(environment, Pictured) or environment.bounds is None:
+        return {}
+    room, position = environment.bounds, np.asarray(environment.position)
+    turn = environment.env_from_world()
+    unit = float(np.ptp([room.low, room.high], axis=0).max()) if isinstance(room, BoxBounds) else room.radius
+    place = turn @ (origin - position) / unit
+    values = {
+        "room_from_object": turn @ world_from_object / unit,
+        "origin_room": tuple(place),
+        "eye_room": tuple(place),
+    }
+    if isinstance(room, BoxBounds):
+        # A box lies along the axes of the world, so nothing turns it.
+        low, high = ((np.asarray(corner) - position) / unit for corner in (room.low, room.high))
+        return values | {"low_room": tuple(low), "high_room": tuple(high)}
+    return values | {"centre_room": tuple(turn @ (np.asarray(room.centre) - position) / unit), "radius_room": 1.0}
 
 
 def _log_depth(near: float, far: float) -> tuple[float, float]:

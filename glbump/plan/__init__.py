@@ -8,8 +8,17 @@ from glbump import validate as check
 from glbump.camera import near_far
 from glbump.contents import Contents
 from glbump.environment import Captured
-from glbump.plan.choices import Capabilities, Choice, EnvironmentPlan, Note, Plan, SurfacePlan, fitting_format
-from glbump.plan.environments import environment_plan
+from glbump.plan.choices import (
+    NO_PARALLAX,
+    Capabilities,
+    Choice,
+    EnvironmentPlan,
+    Note,
+    Plan,
+    SurfacePlan,
+    fitting_format,
+)
+from glbump.plan.environments import environment_plan, parallax
 from glbump.plan.surfaces import apart, require_uv, steepest, surface_plan, world_bounds
 from glbump.quality import Quality
 from glbump.scene import Scene
@@ -60,7 +69,11 @@ def make_plan(
     bumped = (i for i, s in enumerate(surfaces) if s.has("BUMP"))
     slope = max((steepest(i, scene, contents, capabilities) for i in bumped), default=0.0)
     slopes_format = fitting_format("slopes format", quality.texture_format, "steepest bump", slope, note)
+    sky_parallax = NO_PARALLAX
     if scene.environment.background:
+        if scene.camera.projection == "perspective":
+            eye = np.array([scene.camera.eye] * 2)
+            sky_parallax = parallax("sky", scene.environment, eye, quality.direction_error, note)
         note("sky", "drawn", "the environment is shown behind the surfaces")
     else:
         note("sky", "none", "the scene switches the background off")
@@ -72,6 +85,7 @@ def make_plan(
         slopes_format=slopes_format,
         frame_format=frame_format,
         sky=scene.environment.background,
+        sky_parallax=sky_parallax,
         near_far=(near, far),
         log_depth=log_depth,
         surfaces=surfaces,

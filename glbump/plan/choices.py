@@ -104,6 +104,7 @@ class Plan:
     slopes_format: str
     frame_format: str
     sky: bool
+    sky_parallax: int
     near_far: tuple[float, float]
     log_depth: bool
     surfaces: tuple[SurfacePlan, ...]

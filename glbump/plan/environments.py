@@ -4,26 +4,34 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+import numpy.typing as npt
+
 from glbump.contents import Contents
-from glbump.environment import MIRRORED, Captured, Environment, HemiCube, Hemisphere, Pictured, Procedural
+from glbump.environment import MIRRORED, BoxBounds, Captured, Environment, HemiCube, Hemisphere, Pictured, Procedural
 from glbump.errors import LimitError
 from glbump.maps.layout import CUBE, LATLONG, LAYOUTS, Layout
 from glbump.plan.choices import (
+    BOX,
     COLOURED_BELOW,
     COMPUTED,
     DRAWN_LAYOUTS,
     GLOSSY,
     MIRRORED_BELOW,
+    NO_PARALLAX,
+    SPHERICAL,
     WHOLE,
     Capabilities,
     EnvironmentPlan,
     Note,
     fitting_format,
 )
-from glbump.plan.surfaces import is_diffuse, light_of
+from glbump.plan.materials import is_diffuse, light_of
 from glbump.quality import Quality
 from glbump.reference.computed import is_averaged
 from glbump.scene import Scene
+
+F64 = npt.NDArray[np.float64]
 
 LARGEST_RESAMPLED = 2048
 """Most texels along 90 degrees that a picture is resampled to."""
@@ -158,6 +166,26 @@ def _look_up(
         # Levels of tiles in a column are not a texture unit's to mix: their borders differ.
         "ENVIRONMENT_MIX": int(quality.environment_filter == "trilinear" and layout not in (LATLONG, CUBE)),
     }
+
+
+def parallax(name: str, environment: Environment, box: F64, allowed: float, note: Note) -> int:
+    """Whether, and with which walls, places in the box (2, 3) are told from where the environment was taken.
+
+    allowed: degrees that directions may be off without it.
+    """
+    if not isinstance(environment, Pictured) or environment.bounds is None:
+        return NO_PARALLAX
+    room = environment.bounds
+    offset = float(np.linalg.norm(np.abs(box - np.asarray(environment.position)).max(axis=0)))
+    error = math.degrees(math.atan2(offset, room.least_distance(environment.position)))
+    if error <= allowed:
+        why = f"directions are off by {error:.2g} degrees at most without it, and {allowed:g} are allowed"
+        note(f"{name} parallax", "none", why)
+        return NO_PARALLAX
+    kind = BOX if isinstance(room, BoxBounds) else SPHERICAL
+    why = f"without it, directions would be off by up to {error:.2g} degrees"
+    note(f"{name} parallax", "box" if kind == BOX else "sphere", why)
+    return kind
 
 
 def _computed(name: str, environment: Procedural, quality: Quality, note: Note) -> dict[str, int]:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.contents import Contents
-from glbump.environment import BoxBounds, Pictured
 from glbump.errors import LimitError, SceneError
 from glbump.mesh import bounds, segments_for
 from glbump.plan.choices import (
-    BOX,
     BY_PIXEL,
     BY_POINT,
     GENERAL,
@@ -22,24 +19,21 @@ from glbump.plan.choices import (
     LOOKUPS,
     MESH,
     NO_BUMP,
-    NO_PARALLAX,
     NONE,
     NORMAL,
     ORTHOGONAL,
     QUAD,
-    SMOOTH,
     SPHERE,
-    SPHERICAL,
-    TINTED_MIRROR,
     TORUS,
-    WHITE_MIRROR,
     Capabilities,
     Defines,
     Note,
     SurfacePlan,
 )
+from glbump.plan.environments import parallax
+from glbump.plan.materials import is_diffuse, is_transmissive, light_of, why_light
 from glbump.quality import Quality
-from glbump.scene import Bump, Material, Scene, Surface
+from glbump.scene import Bump, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -111,7 +105,7 @@ def surface_plan(
         note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
     bump = _bump(name, surface, quality, note)
     light = light_of(surface.material)
-    note(f"{name} light", *_LIGHTS[light](surface.material))
+    note(f"{name} light", *why_light(surface.material))
     defines = {
         "SHAPE": _SHAPES[type(shape)],
         "OUTLINE": int(outline),
@@ -123,7 +117,9 @@ def surface_plan(
         "LIGHT": light,
         "DIFFUSE": int(is_diffuse(surface.material)),
         "TRANSMISSION": int(is_transmissive(surface.material)),
-        "PARALLAX": _parallax(name, scene, surface, quality, contents, note),
+        "PARALLAX": parallax(
+            name, scene.environment_of(surface), world_bounds(surface, contents), quality.direction_error, note
+        ),
         "TWO_SIDED": int(not closed),
         **dict(environment[1]),
     }
@@ -131,33 +127,6 @@ def surface_plan(
         # The chain carries all of its light; the environment itself is not looked up here.
         defines["ENVIRONMENT_FOOTPRINT"] = 0
     return SurfacePlan(tuple(defines.items()), segments, closed, environment[0])
-
-
-def light_of(material: Material) -> int:
-    """The least that a material's mirrored light takes."""
-    if material.roughness > 0.0:
-        return GLOSSY
-    if material.metallic < 1.0:
-        return SMOOTH
-    return WHITE_MIRROR if material.base_color == (1.0, 1.0, 1.0) else TINTED_MIRROR
-
-
-_LIGHTS: dict[int, Callable[[Material], tuple[str, str]]] = {
-    GLOSSY: lambda material: ("glossy", f"roughness {material.roughness:g}"),
-    SMOOTH: lambda _: ("smooth", "smooth and not all metal: Fresnel's share is mirrored"),
-    WHITE_MIRROR: lambda _: ("mirror", "a mirror of base colour 1 is the environment itself: no BRDF"),
-    TINTED_MIRROR: lambda _: ("tinted mirror", "a coloured mirror: Fresnel, no BRDF"),
-}
-
-
-def is_transmissive(material: Material) -> bool:
-    """Whether light goes through it."""
-    return material.metallic < 1.0 and material.transmission > 0.0
-
-
-def is_diffuse(material: Material) -> bool:
-    """Whether it scatters light that comes from all sides."""
-    return material.metallic < 1.0 and material.transmission < 1.0 and any(material.base_color)
 
 
 def _bump(name: str, surface: Surface, quality: Quality, note: Note) -> int:
@@ -168,32 +137,6 @@ def _bump(name: str, surface: Surface, quality: Quality, note: Note) -> int:
     elif bump is not None:
         kind, why = (NORMAL, "normal map") if bump.scale != 0.0 else (NO_BUMP, "its scale is 0")
     note(f"{name} bump", quality.bump_filter if kind else "none", why)
-    return kind
-
-
-def _parallax(name: str, scene: Scene, surface: Surface, quality: Quality, contents: Contents, note: Note) -> int:
-    """Whether, and with which walls, a surface's place in the room is reckoned with."""
-    environment = scene.environment_of(surface)
-    if not isinstance(environment, Pictured) or environment.bounds is None:
-        return NO_PARALLAX
-    room = environment.bounds
-    box = world_bounds(surface, contents)
-    offset = float(np.linalg.norm(np.abs(box - np.asarray(environment.position)).max(axis=0)))
-    error = math.degrees(math.atan2(offset, room.least_distance(environment.position)))
-    if error <= quality.direction_error:
-        note(
-            f"{name} parallax",
-            "none",
-            f"it is so small and the walls so far that directions are off by {error:.2g} degrees at most; "
-            f"{quality.direction_error:g} are allowed",
-        )
-        return NO_PARALLAX
-    kind = BOX if isinstance(room, BoxBounds) else SPHERICAL
-    note(
-        f"{name} parallax",
-        "box" if kind == BOX else "sphere",
-        f"without it, directions would be off by up to {error:.2g} degrees",
-    )
     return kind
 
 

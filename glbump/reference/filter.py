@@ -29,7 +29,7 @@ def direction_level(ddx: npt.ArrayLike, ddy: npt.ArrayLike, texels_per_radian: n
 
 
 def share_above(height: npt.ArrayLike, ddx: npt.ArrayLike, ddy: npt.ArrayLike) -> F64:
-    """The share of a footprint above 0, of heights (...) that change by ddx, ddy (...) across it; without one a step."""
+    """The share of a footprint above 0, of heights (...) that change by ddx, ddy (...) over it; a step without one."""
     h, width = np.asarray(height, np.float64), np.abs(ddx) + np.abs(ddy)
     none = width < 1e-30
     ramp = np.clip(0.5 + h / np.where(none, 1.0, width), 0.0, 1.0)

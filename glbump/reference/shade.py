@@ -14,7 +14,7 @@ import numpy.typing as npt
 from glbump import validate as check
 from glbump.camera import Camera, near_far, pixel_rays, projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
-from glbump.environment import Environment, Procedural
+from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.errors import SceneError
 from glbump.frame import Frame
 from glbump.maps import cube, pyramid
@@ -23,7 +23,7 @@ from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
 from glbump.reference import bump as bumps
 from glbump.reference import filter as filters
-from glbump.reference import ggx, reflect
+from glbump.reference import ggx, parallax, reflect
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
@@ -89,6 +89,7 @@ def render(
         "backend": "reference",
         "renderer": "NumPy float64",
         "samples": samples,
+        "notes": contents.notes(scene),
         "surface": seen,
         "ms": {"all": 1e3 * (time.perf_counter() - started)},
     }
@@ -153,6 +154,7 @@ class _Surroundings:
     """One environment, and its light."""
 
     def __init__(self, environment: Environment, quality: Quality, contents: Contents, samples: int) -> None:
+        self.environment = environment
         self.footprint = samples**-0.5
         self.exposure = 2.0**environment.exposure
         self.env_from_world = environment.env_from_world()
@@ -163,6 +165,19 @@ class _Surroundings:
             self.look_up: Callable[[F64, F64, F64], F64] = partial(radiance, environment)
         else:
             self.look_up = _picture(contents.environment(environment), how, getattr(environment, "below", None))
+
+    def seen_from(self, p_world: F64, dir_env: F64) -> F64:
+        """Unit directions (K, 3), from where the environment was taken, of what is seen from points (K, 3)."""
+        if not isinstance(self.environment, Pictured) or self.environment.bounds is None:
+            return dir_env
+        room, position = self.environment.bounds, np.asarray(self.environment.position)
+        p = (p_world - position) @ self.env_from_world.T
+        if isinstance(room, BoxBounds):
+            look = parallax.box_parallax(p, dir_env, np.subtract(room.low, position), np.subtract(room.high, position))
+        else:
+            centre = self.env_from_world @ np.subtract(room.centre, position)
+            look = parallax.sphere_parallax(p, dir_env, centre, room.radius)
+        return look / np.linalg.norm(look, axis=-1, keepdims=True)
 
     def light(self, dir_env: F64, at: Place) -> F64:
         """Radiance (K, 3) in unit directions."""
@@ -203,7 +218,7 @@ class _Shader:
         for index, hit in enumerate(hits):
             front = np.flatnonzero(hit.t <= nearest[hit.ray])
             at = Place(hit.ray[front], (height, width))
-            out[at.ray, :3] = self._surface(index, hit, front, dirs[at.ray], at)
+            out[at.ray, :3] = self._surface(index, hit, front, origins[at.ray], dirs[at.ray], at)
             out[at.ray, 3] = 1.0
             seen[at.ray] = PIECES * index + hit.piece[front]
         empty = np.isinf(nearest)
@@ -211,11 +226,15 @@ class _Shader:
             # Shown in front of surfaces too, as far as quads go: a pixel's neighbours look past them.
             at = Place(np.arange(len(dirs)), (height, width))
             behind = self.surroundings[self.scene.environment]
-            out[empty, :3] = behind.light(dirs @ behind.env_from_world.T, at)[empty]
+            look = dirs @ behind.env_from_world.T
+            if self.scene.camera.projection == "perspective":
+                # An orthographic eye is as far off as its background.
+                look = behind.seen_from(origins, look)
+            out[empty, :3] = behind.light(look, at)[empty]
             out[empty, 3] = 1.0
         return out.reshape(height, width, 4), seen.reshape(height, width)
 
-    def _surface(self, index: int, hit: Hits, front: Index, dirs: F64, at: Place) -> F64:
+    def _surface(self, index: int, hit: Hits, front: Index, origins: F64, dirs: F64, at: Place) -> F64:
         """Light (K, 3) from the hits `front` of surface `index` along dirs (K, 3)."""
         surface = self.scene.surfaces[index]
         env_from_world = self.scene.environment_of(surface).env_from_world()
@@ -223,11 +242,13 @@ class _Shader:
         normal = hit.n[front] @ np.linalg.inv(linear)
         n_env = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
         dir_env = dirs @ env_from_world.T
+        p_world = origins + hit.t[front, None] * dirs
         behind = np.einsum("ni,ni->n", n_env, dir_env) > 0
         if surface.bump is not None:
             n_env = self._bent(index, hit, front, n_env, linear, at)
         n_env = np.where(behind[:, None], -n_env, n_env)
-        return self._light(surface, dir_env, n_env, at)
+        eta = np.where(behind, surface.material.ior, 1 / surface.material.ior)
+        return self._light(surface, p_world, dir_env, n_env, eta, at)
 
     def _bent(self, index: int, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
         surface, slopes = self.scene.surfaces[index], self.slopes[index]
@@ -256,8 +277,9 @@ class _Shader:
             lambda i, chosen: bilinear_repeat(slopes[i], place[chosen]), level, len(slopes), how
         )
 
-    def _light(self, surface: Surface, dir_env: F64, n_env: F64, at: Place) -> F64:
-        """What surface.frag's light() computes, for any material."""
+    def _light(self, surface: Surface, p_world: F64, dir_env: F64, n_env: F64, eta: F64, at: Place) -> F64:
+        """What surface.frag's light() computes, for any material. eta: (K,) index of refraction on the eye's side over
+        that on the other."""
         material, environment = surface.material, self.scene.environment_of(surface)
         around = self.surroundings[environment]
         color, metallic, roughness = np.array(material.base_color), material.metallic, material.roughness
@@ -270,17 +292,31 @@ class _Shader:
                 return ggx.glossy_share(f0, n_dot_v, roughness)
             return reflect.fresnel_schlick(f0, n_dot_v)
 
-        if roughness > 0:
+        def looked_at(dirs: F64) -> F64:
+            dirs = around.seen_from(p_world, dirs)
+            if roughness == 0:
+                return around.light(dirs, at)
             chain = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
-            mirrored = around.exposure * cube.sample_levels(
-                chain, ggx.lobe_dir(n_env, look, roughness), roughness * (len(chain) - 1)
-            )
-        else:
-            mirrored = around.light(look, at)
-        result = share((1 - metallic) * dielectric + metallic * color) * mirrored
+            return around.exposure * cube.sample_levels(chain, dirs, roughness * (len(chain) - 1))
+
+        specular = share((1 - metallic) * dielectric + metallic * color)
+        kept = 1 - share(dielectric)
+        if is_transmissive := metallic < 1 and material.transmission > 0:
+            reflected = reflect.fresnel_dielectric(n_dot_v, eta)[:, None]
+            if roughness == 0:
+                specular = (1 - metallic) * reflected + metallic * reflect.fresnel_schlick(color, n_dot_v)
+                kept = 1 - reflected
+            else:
+                # From the critical angle on all is reflected, which a fit of smooth curves does not know.
+                every = np.where(reflected >= 1, 1 - metallic, 0.0)
+                specular, kept = specular + every * (1 - specular), kept * (1 - every)
+        result = specular * looked_at(ggx.lobe_dir(n_env, look, roughness) if roughness > 0 else look)
         if metallic < 1:
             irradiance = around.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))
-            result = result + (1 - share(dielectric)) * (1 - metallic) * color * irradiance
+            result = result + kept * (1 - metallic) * (1 - material.transmission) * color * irradiance
+        if is_transmissive:
+            through = looked_at(reflect.refract_dir(dir_env, n_env, eta))
+            result = result + kept * (1 - metallic) * material.transmission * color * through
         return result
 
 

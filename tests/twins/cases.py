@@ -899,6 +899,11 @@ CASES: dict[str, Case] = {
     "filter.direction_level": Case(
         _direction_footprints, "log2 of 3 ULP at up to 126, halved; 1e-6 near 0", ulps=3, abs=1e-6
     ),
+    "filter.share_above": Case(
+        lambda: tuple(inputs.floats(-2, 2)[:, None].T.repeat(1, axis=0)[0] * k for k in (1, 0.7, 0.2)),
+        "a quotient of at most 1/2 where it is not clamped, three roundings",
+        abs=4 * EPS,
+    ),
     "ggx.dfg_fit": Case(
         _angles_and_roughness,
         "some ten roundings of terms near 1, and exp2 of 3 ULP",
