@@ -297,8 +297,8 @@ def sheet_corners(tiles: int, sizes: Sequence[tuple[int, int]]) -> list[tuple[in
 
 
 def sheet(layout: Layout, levels: Sequence[F32]) -> F32:
-    """All levels (tiles, h, w, C) on one picture (H, W, C), for textures without levels of their own: each level a column
-    of its tiles, each tile in a border of its neighbours' texels.
+    """All levels (tiles, h, w, C) on one picture (H, W, C), for textures without levels of their own: each level a
+    column of its tiles, each tile in a border of its neighbours' texels.
 
     A texture's levels would halve the borders too, and llvmpipe reads four pixels' levels as one.
     """

@@ -4,8 +4,8 @@ A place is a tile's number and s, t in 0..1: s to the right, t down. Directions 
 back are. Beyond the edges of a tile (s or t outside 0..1) each inverse goes on as its formula does, so that a border of
 neighbouring texels can be found by direction.
 
-Pictures of discs show what one sees from inside: up, with -Z at the top (so +X on the left); the second tile of the dual
-paraboloid looks down, again with -Z at the top (+X on the right).
+Pictures of discs show what one sees from inside: up, with -Z at the top (so +X on the left); the second tile of the
+dual paraboloid looks down, again with -Z at the top (+X on the right).
 """
 
 from __future__ import annotations
