@@ -84,6 +84,11 @@ def read_colour(source: Source) -> Picture:
     stored = read_stored(source)
     if "A" in stored.channels:
         _require_opaque(stored)
+    return colour_of(stored)
+
+
+def colour_of(stored: Stored) -> Picture:
+    """A picture's colours as (H, W, 3) linear light, whatever its alpha."""
     return _picture(stored, _linear(stored, _rgb(stored)))
 
 
@@ -97,7 +102,7 @@ def read_picture(source: Source) -> Picture:
     picked = stored.pixels[:, :, colours]
     pixels = _linear(stored, np.ascontiguousarray(picked))
     if "A" in stored.channels:
-        alpha = _unit_range(stored.pixels[:, :, stored.channels.index("A")], stored)
+        alpha = unit_range(stored.pixels[:, :, stored.channels.index("A")], stored)
         if stored.premultiplied and (alpha != 1).any():
             pixels /= np.where(alpha > 0, alpha, 1)[..., None]
         pixels = np.concatenate([pixels, alpha[..., None]], axis=2)
@@ -111,7 +116,7 @@ def read_height(source: Source, channel: str | None = None) -> Picture:
     """
     stored = read_stored(source)
     index = stored.channel(channel) if channel is not None else _grey_channel(stored)
-    return _picture(stored, _unit_range(stored.pixels[:, :, index : index + 1], stored))
+    return _picture(stored, unit_range(stored.pixels[:, :, index : index + 1], stored))
 
 
 def read_normals(source: Source) -> Picture:
@@ -122,14 +127,20 @@ def read_normals(source: Source) -> Picture:
     ImageError for a picture that is no normal map.
     """
     stored = read_stored(source)
+    picture = vectors_of(stored)
+    _require_normals(picture.pixels, stored.name)
+    return picture
+
+
+def vectors_of(stored: Stored) -> Picture:
+    """A picture's colours as (H, W, 3) vectors, as `read_normals` has them, whether or not they make a normal map."""
     raw = _rgb(stored)
     if stored.bits == 8 and not stored.is_float:
         vectors = (raw.astype(np.float32) - 128) / np.float32(127)
-    elif stored.is_float and (raw.min() < 0 or _length_error(raw) < 0.01):
+    elif stored.is_float and (raw.min() < 0 or length_error(raw) < 0.01):
         vectors = raw
     else:
-        vectors = 2 * _unit_range(raw, stored) - 1
-    _require_normals(vectors, stored.name)
+        vectors = 2 * unit_range(raw, stored) - 1
     return _picture(stored, vectors)
 
 
@@ -150,14 +161,14 @@ def _linear(stored: Stored, pixels: npt.NDArray[Any]) -> npt.NDArray[np.float32]
     if stored.is_float:
         return pixels.astype(np.float32, copy=False)
     if stored.says_linear:
-        return _unit_range(pixels, stored)
+        return unit_range(pixels, stored)
     if stored.bits == 32:
-        return linear_from_srgb(_unit_range(pixels, stored)).astype(np.float32)
+        return linear_from_srgb(unit_range(pixels, stored)).astype(np.float32)
     steps = 2**stored.bits
     return linear_from_srgb(np.arange(steps) / (steps - 1)).astype(np.float32).take(pixels)
 
 
-def _unit_range(pixels: npt.NDArray[Any], stored: Stored) -> npt.NDArray[np.float32]:
+def unit_range(pixels: npt.NDArray[Any], stored: Stored) -> npt.NDArray[np.float32]:
     """Integers -> 0..1; floats as they are."""
     if stored.is_float:
         return pixels.astype(np.float32, copy=False)
@@ -181,7 +192,7 @@ def _grey_channel(stored: Stored) -> int:
 
 
 def _require_opaque(stored: Stored) -> None:
-    alpha = _unit_range(stored.pixels[:, :, stored.channels.index("A")], stored)
+    alpha = unit_range(stored.pixels[:, :, stored.channels.index("A")], stored)
     # Lossy compression of half floats leaves alpha some thousandths off 1.
     clear = np.abs(alpha - 1) > (0.005 if stored.is_float else 0)
     if clear.any():
@@ -191,7 +202,7 @@ def _require_opaque(stored: Stored) -> None:
         )
 
 
-def _length_error(vectors: npt.NDArray[Any]) -> float:
+def length_error(vectors: npt.NDArray[Any]) -> float:
     """Mean distance of the vectors' lengths from 1."""
     return float(np.abs(np.sqrt(np.einsum("...i,...i", vectors, vectors)) - 1).mean())
 
@@ -200,7 +211,7 @@ def _require_normals(vectors: npt.NDArray[Any], name: str) -> None:
     x, y, z = np.moveaxis(vectors, -1, 0)
     if vectors.size and np.array_equal(x, y) and np.array_equal(y, z):
         raise ImageError(f"{name}: a grey picture is no normal map; if it holds heights, use bump.height")
-    off, behind = _length_error(vectors), float((z <= 0).mean())
+    off, behind = length_error(vectors), float((z <= 0).mean())
     if off > NORMAL_LENGTH_ERROR:
         found = f"its lengths differ from 1 by {off:.2g} on average (at most {NORMAL_LENGTH_ERROR:g})"
     elif behind > NORMAL_BEHIND:

@@ -102,9 +102,10 @@ class Stored:
         return self.channels.index(name)
 
 
-def read_stored(source: Source) -> Stored:
+def read_stored(source: Source, *, finite: bool = True) -> Stored:
+    """The picture as stored. finite: ImageError where a value is not; without it NaN and infinities are handed on."""
     stored = _read_file(source) if isinstance(source, str | os.PathLike) else _from_array(source)
-    if stored.is_float:
+    if stored.is_float and finite:
         require_finite(stored.pixels, stored.name)
     return stored
 
