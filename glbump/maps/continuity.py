@@ -19,32 +19,21 @@ Line = list[tuple[F64, F64]]
 
 # ------------------------------------------------------------ the step across an edge, in any layout
 
-LINES_INSIDE = 2
-"""How many texels deep, on either side of an edge, steps are typical of the place."""
 
-
-def seam_step(environment: EnvironmentMap, truth: EnvironmentMap | None = None) -> float:
+def seam_step(environment: EnvironmentMap) -> float:
     """The step across the worst edge of the tiles, over the typical one at like places inside. 1: no seam.
 
     A step is the change between two look-ups a quarter of a texel before and behind a line, on the great circle square
     to it, per angle. Lines are the edges of the tiles (of a disc its rim; of a lat-long picture its sides and its
-    poles) and, on both sides, those one and two texels off; along them there is a place at the middle of each texel. Of
-    each edge the root mean square of the steps across it is divided by that of the steps inside; the worst quotient is
-    the answer.
+    poles) and those one texel off on both sides; along them there is a place at the middle of each texel. Of each edge
+    the root mean square of the steps across it is divided by that of the steps inside; the worst quotient is returned.
 
     Of a smooth function it is 1 up to the square of a texel's angle. A tile continued by its own last texels gives 2, a
-    wrong neighbour the contrast of the picture in texels. Where a picture has more contrast just along an edge than
-    beside it, it is more than 1 without any fault; with `truth`, an environment of the same content without a seam
-    there, each quotient is divided by the one of `truth` in the very same places. Tiles of one texel have no inside and
-    do not count.
+    wrong neighbour the contrast of the picture in texels. A picture with more contrast just along an edge than beside
+    it has more than 1 without any fault: judge a conversion by a smooth environment. Where the layout mirrors what lies
+    above the horizon below it, the step across the horizon is 0. Tiles of one texel have no inside and do not count.
     """
-    worst = 0.0
-    for lines in edge_lines(environment):
-        quotient = _quotient(environment, lines)
-        if truth is not None:
-            quotient /= _quotient(truth, lines)
-        worst = max(worst, quotient)
-    return worst
+    return max((_quotient(environment, lines) for lines in edge_lines(environment)), default=0.0)
 
 
 def _quotient(environment: EnvironmentMap, lines: Line) -> float:
@@ -63,8 +52,8 @@ def _mean_square_step(environment: EnvironmentMap, before: F64, behind: F64) -> 
 
 
 def edge_lines(environment: EnvironmentMap) -> list[Line]:
-    """For each edge of each tile, pairs of directions (K, 3): across the edge, then across the lines inside, and those
-    mirrored at the edge to its other side."""
+    """For each edge of each tile, pairs of directions (K, 3): across the edge, across the line inside, and across that
+    line mirrored to the other side of the edge."""
     layout, (width, height) = environment.layout, environment.size
     # Samples on the border span one step less than there are.
     steps = 1 / (width * environment.scale[0]), 1 / (height * environment.scale[1])
@@ -72,7 +61,8 @@ def edge_lines(environment: EnvironmentMap) -> list[Line]:
     for tile in range(layout.tiles):
         if layout.disc:
             turn = (np.arange(4 * height) + 0.5) * (np.pi / (2 * height))
-            edges.append(_lines(layout, tile, (np.cos(turn), np.sin(turn)), (0.5, 0.5), steps[0], width))
+            if width > 1:
+                edges.append(_lines(layout, tile, (np.cos(turn), np.sin(turn)), (0.0, 0.0), steps[0]))
             continue
         for axis, side in product((0, 1), (-1.0, 1.0)):
             if layout is LATLONG and (axis, side) == (0, 1.0):
@@ -80,35 +70,32 @@ def edge_lines(environment: EnvironmentMap) -> list[Line]:
             count = (height, width)[axis]
             along, out = (np.arange(count) + 0.5) / count - 0.5, np.full(count, 0.5 * side)
             at, way = ((out, along), (side, 0.0)) if axis == 0 else ((along, out), (0.0, side))
-            edges.append(_lines(layout, tile, at, way, steps[axis], (width, height)[axis]))
-    return [lines for lines in edges if len(lines) > 1]
+            if (width, height)[axis] > 1:
+                edges.append(_lines(layout, tile, at, way, steps[axis]))
+    return edges
 
 
-def _lines(layout: Layout, tile: int, at: tuple[F64, F64], way: tuple[float, float], step: float, texels: int) -> Line:
-    """Pairs across the edge at `at` (from the tile's middle; of a disc the unit vector to its rim) and inside.
+def _lines(layout: Layout, tile: int, at: tuple[F64, F64], way: tuple[float, float], step: float) -> Line:
+    """Pairs across the edge at `at` (from the tile's middle; of a disc the unit vector to its rim), and inside.
 
-    way: the outward direction, in s and t. step: of one texel. texels: from this edge to the opposite one.
+    way: the outward direction, in s and t. step: of one texel.
     """
-    deep = min(LINES_INSIDE, texels // 2)
-    disc = layout.disc
 
     def place(inwards: float, aside: float = 0.0) -> F64:
-        if disc:
+        if layout.disc:
             angle, r = np.arctan2(at[1], at[0]) + aside, 0.5 - inwards
             return layout.dir(tile, 0.5 + r * np.cos(angle), 0.5 + r * np.sin(angle))
         s, t = (0.5 + at[i] - inwards * way[i] + aside * way[1 - i] for i in (0, 1))
         return layout.dir(tile, s, t)
 
-    pairs = []
-    for i in range(deep + 1):
-        on, before = place(i * step), place((i + 0.25) * step)
-        plane = _square_to(place(i * step, 1e-4) - place(i * step, -1e-4), on, before)
-        pairs.append((before, _mirrored(before, plane)))
-        if i == 0:
-            edge = plane
-        else:
-            pairs.append((_mirrored(pairs[-1][0], edge), _mirrored(pairs[-1][1], edge)))
-    return pairs
+    def normal(inwards: float) -> F64:
+        tangent = place(inwards, 1e-4) - place(inwards, -1e-4)
+        return _square_to(tangent, place(inwards), place(inwards + step / 4))
+
+    edge, line = normal(0.0), normal(step)
+    across = place(step / 4), _mirrored(place(step / 4), edge)
+    inside = place(step * 1.25), _mirrored(place(step * 1.25), line)
+    return [across, inside, (_mirrored(inside[0], edge), _mirrored(inside[1], edge))]
 
 
 def _square_to(tangent: F64, on: F64, before: F64) -> F64:
@@ -321,11 +308,11 @@ def _named(sources: Index, symmetries: Index, before: float, after: float) -> Fa
     touched = [i for i in range(6) if sources[i] != i or symmetries[i]]
     names = tuple(FACES[i] for i in touched)
     if len(touched) == 6:
-        what = "mirrored, each by itself: they are of the other orientation"
+        what = "mirrored, each by itself: they are of the other orientation (or +Z and -Z are swapped)"
     elif len(touched) == 1:
         what = SYMMETRIES[undone(int(symmetries[touched[0]]))]
     else:
-        happened = ((FACES[i], undone(int(symmetries[i]))) for i in touched)
+        happened = ((FACES[sources[i]], undone(int(symmetries[i]))) for i in touched)
         turned = [f"{face} holds the other {SYMMETRIES[how]}" for face, how in happened if how]
         what = ", and ".join(["swapped", *turned])
     return Fault(names, what, tuple(map(int, sources)), tuple(map(int, symmetries)), before, after)
