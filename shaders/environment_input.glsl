@@ -32,11 +32,11 @@ uniform int last_level;
 #if ENVIRONMENT_BORDER
 uniform vec4 border;  // texture coordinate = place * xy + zw
 #endif
-#if ENVIRONMENT_FOOTPRINT
-uniform float texels_per_radian;
-#endif
 #if ENVIRONMENT_BELOW == COLOURED
 uniform vec3 below;
+#endif
+#if ENVIRONMENT_FOOTPRINT
+uniform float texels_per_radian;
 #endif
 #else
 #include "lib/procedural.glsl"
@@ -92,7 +92,7 @@ vec3 tile_radiance(vec3 place, int level) {
 #if ENVIRONMENT_BORDER
     place.yz = place.yz * border.xy + border.zw;
 #endif
-    vec2 texel = at.xy + atlas_uv(place, at.zw, 1.0) * (at.zw + 2.0);
+    vec2 texel = at.xy + tile_texel(place, at.zw);
     return textureLod(environment, texel / vec2(textureSize(environment, 0)), 0.0).rgb;
 }
 #endif
@@ -147,6 +147,8 @@ vec3 environment_radiance(vec3 dir_env) {
     vec3 radiance = fractal_radiance(dir_env, ddx, ddy, sky, haze, rock, snow, relief, seed, steps);
 #else
 #if ENVIRONMENT_FOOTPRINT
+    // By the largest texels there are: where a layout's are smaller (near the poles, in a cube's corners) the level is
+    // finer than the footprint's. Levels by solid angle (latlong_level, cube_level) blur more than that sparkles.
     float level = direction_level(ddx, ddy, texels_per_radian);
 #else
     const float level = 0.0;

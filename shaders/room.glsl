@@ -19,8 +19,8 @@ uniform float radius_room;
 // Direction of what is seen from p_room along dir_env; unit length.
 vec3 in_room(vec3 p_room, vec3 dir_env) {
 #if PARALLAX == BOX
-    return normalize(box_parallax(p_room, dir_env, low_room, high_room));
+    return box_parallax(p_room, dir_env, low_room, high_room);
 #else
-    return normalize(sphere_parallax(p_room, dir_env, centre_room, radius_room));
+    return sphere_parallax(p_room, dir_env, centre_room, radius_room);
 #endif
 }

@@ -80,7 +80,7 @@ def test_texels_of_a_column_of_tiles() -> None:
     size, tiles = np.array([5, 3]), 4
     k, i, j = np.meshgrid(np.arange(tiles), np.arange(-1, 4), np.arange(-1, 6), indexing="ij")
     place = np.stack([k, (j + 0.5) / 5, (i + 0.5) / 3], axis=-1)
-    texel = twins.atlas_uv(place, size, tiles) * (size + 2) * [1, tiles]
+    texel = twins.tile_texel(place, size)
     assert texel == pytest.approx(np.stack([j + 1.5, k * 5 + i + 1.5], axis=-1))
 
 
@@ -94,11 +94,11 @@ def smooth(layout: Layout, size: int) -> EnvironmentMap:
 def look_up() -> Callable[..., Any]:
     def made(glsl: Glsl, name: str, environment: EnvironmentMap, dirs: F32) -> Any:
         """Through GLSL, from the padded tiles in one column."""
-        tiles, _, width, _ = environment.padded.shape
+        width = environment.padded.shape[2]
         source = f"""
         #include "lib/layout.glsl"
         vec3 look(sampler2D picture, vec3 dir, vec2 size) {{
-            return texture(picture, atlas_uv({name}(dir), size, {tiles}.0)).rgb;
+            return texture(picture, tile_texel({name}(dir), size) / textureSize(picture, 0)).rgb;
         }}
         """
         stored = Sampler(environment.padded.reshape(-1, width, 3), filter="linear", wrap="clamp")

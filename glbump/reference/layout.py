@@ -48,11 +48,10 @@ def paraboloid_place(dir_env: npt.ArrayLike) -> F64:
     return _stacked(projections.paraboloid_place(finite_dir(dir_env)))
 
 
-def atlas_uv(place: npt.ArrayLike, tile: npt.ArrayLike, tiles: npt.ArrayLike) -> F64:
-    """Texture coordinate (..., 2) of places in a column of `tiles` tiles of (width, height) texels.
+def tile_texel(place: npt.ArrayLike, tile: npt.ArrayLike) -> F64:
+    """Where places (..., 3) are, x, y (..., 2) in texels, in a column of tiles of (width, height) texels.
 
     Each tile has a border of one texel all round.
     """
     p, (width, height) = np.asarray(place, np.float64), np.moveaxis(np.asarray(tile, np.float64), -1, 0)
-    x, y = 1 + p[..., 1] * width, p[..., 0] * (height + 2) + 1 + p[..., 2] * height
-    return np.stack([x / (width + 2), y / (np.asarray(tiles, np.float64) * (height + 2))], axis=-1)
+    return np.stack([1 + p[..., 1] * width, p[..., 0] * (height + 2) + 1 + p[..., 2] * height], axis=-1)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from glbump import validate as check
 from glbump.camera import Camera, near_far, pixel_rays, projection_matrix, sample_offsets, view_matrix
+from glbump.captures import captured
 from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.errors import SceneError
@@ -24,6 +25,7 @@ from glbump.quality import Quality, quality_of
 from glbump.reference import bump as bumps
 from glbump.reference import filter as filters
 from glbump.reference import ggx, parallax, reflect
+from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
@@ -56,8 +58,8 @@ def render(
 
     samples: a pixel, a square number, on a regular grid; their mean is the pixel (linear light, box filter).
     quality: its filters say how maps are read, "exact" bilinearly at level 0, and its gloss_size and gloss_samples
-    which roughness chain; storage (half floats, resampled cubes) is not modelled. contents: maps already read.
-    Errors as `glbump.render`.
+    which roughness chain; what surfaces capture is drawn with its samples. Storage (half floats, resampled cubes) is
+    not modelled. contents: maps already read. Errors as `glbump.render`.
     Returns a Frame of float32 pixels; its stats["surface"] (H, W) says what all samples of a pixel see: PIECES times
     the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these.
     """
@@ -65,10 +67,13 @@ def render(
     width, height = check_size(size)
     check.instance("scene", scene, Scene)
     samples = check.integer("samples", samples, least=1, most=MOST_SAMPLES)
-    contents = contents or Contents()
+    contents, quality = contents or Contents(), quality_of(quality)
+    if captured(scene):
+        draw = partial(render, samples=quality.samples, quality=quality, contents=contents)
+        scene = with_captures(scene, draw)
     for environment in scene.environments:
         contents.brightest(environment)
-    shader = _Shader(scene, quality_of(quality), contents, samples)
+    shader = _Shader(scene, quality, contents, samples)
     total = np.zeros((height, width, 4))
     seen = np.full((height, width), UNSEEN)
     # Bands end where quads of 2x2 pixels, counted from the lowest row, end.
@@ -133,12 +138,10 @@ def _picture(picture: EnvironmentMap, how: str, below: object) -> Callable[[F64,
     """Light (K, 3) of a picture in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
     levels = [picture.pixels] if how == "bilinear" else environment_levels(picture)
     chain = [replace(picture, pixels=pixels) for pixels in levels]
-    texels = picture.texels_per_radian
-
     def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
         light = filters.through_levels(
             lambda i, chosen: sample(chain[i], dir_env[chosen]),
-            filters.direction_level(ddx, ddy, texels),
+            filters.direction_level(ddx, ddy, picture.texels_per_radian),
             len(chain),
             how,
         )
@@ -173,11 +176,9 @@ class _Surroundings:
         room, position = self.environment.bounds, np.asarray(self.environment.position)
         p = (p_world - position) @ self.env_from_world.T
         if isinstance(room, BoxBounds):
-            look = parallax.box_parallax(p, dir_env, np.subtract(room.low, position), np.subtract(room.high, position))
-        else:
-            centre = self.env_from_world @ np.subtract(room.centre, position)
-            look = parallax.sphere_parallax(p, dir_env, centre, room.radius)
-        return look / np.linalg.norm(look, axis=-1, keepdims=True)
+            return parallax.box_parallax(p, dir_env, np.subtract(room.low, position), np.subtract(room.high, position))
+        centre = self.env_from_world @ np.subtract(room.centre, position)
+        return parallax.sphere_parallax(p, dir_env, centre, room.radius)
 
     def light(self, dir_env: F64, at: Place) -> F64:
         """Radiance (K, 3) in unit directions."""
@@ -194,7 +195,7 @@ class _Shader:
         self.scene, self.quality, self.contents = scene, quality, contents
         self.footprint = samples**-0.5
         # Round shapes are cast by formula; their mesh is never looked at.
-        self.meshes = [contents.mesh(surface.shape) for surface in scene.surfaces]
+        self.meshes = [contents.mesh(s.shape, normal_map=isinstance(s.bump, NormalMap)) for s in scene.surfaces]
         self.slopes = [
             _levels(contents.slopes(surface.bump)[::-1], quality.bump_filter) if surface.bump is not None else None
             for surface in scene.surfaces

@@ -57,10 +57,8 @@ vec3 paraboloid_place(vec3 dir_env) {
     return vec3(down ? 1.0 : 0.0, 0.5 + vec2(down ? 0.5 : -0.5, 0.5) * d.xz / (1.0 + abs(d.y)));
 }
 
-// Texture coordinate of a place where `tiles` tiles of `tile` = (width, height) texels stand in one column, each with
-// a border of one texel all round.
-vec2 atlas_uv(vec3 place, vec2 tile, float tiles) {
-    float rows = tile.y + 2.0;
-    return vec2((1.0 + place.y * tile.x) / (tile.x + 2.0),
-                (place.x * rows + 1.0 + place.z * tile.y) / (tiles * rows));
+// Where a place is, in texels from the upper left, where tiles of `tile` = (width, height) texels stand below each
+// other, each with a border of one texel all round.
+vec2 tile_texel(vec3 place, vec2 tile) {
+    return vec2(1.0 + place.y * tile.x, place.x * (tile.y + 2.0) + 1.0 + place.z * tile.y);
 }
