@@ -87,7 +87,8 @@ def shape_key(shape: Shape) -> Hashable:
 def content_keys(scene: Scene) -> Hashable:
     """What all that a scene names is known by: the same again as long as no file of it has changed."""
     surfaces = ((shape_key(s.shape), s.bump and bump_key(s.bump)) for s in scene.surfaces)
-    return environment_key(scene.environment), *surfaces
+    environments = (environment_key(e) for e in scene.environments)
+    return (*environments, *surfaces)
 
 
 class Contents:

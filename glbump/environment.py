@@ -298,6 +298,8 @@ class Captured(Pictured):
             bounces=check.integer("environment.bounces", self.bounces, least=1, most=16),
         )
         check.choice("environment.faces", self.faces, ("cube", "hemicube"))
+        if self.faces == "hemicube" and self.size % 2:
+            raise SceneError(f"environment.size of a hemicube must be even, as its sides are halved; got {self.size}")
         self._check_common()
 
     @property

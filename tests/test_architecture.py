@@ -23,6 +23,7 @@ ROWS = (
     ("reference", "contents", "scenefile", "demo"),
     (
         "scene",
+        "captures",
         "environment",
         "image",
         "shapes",

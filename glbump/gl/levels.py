@@ -18,10 +18,10 @@ from glbump.gl.context import Context
 
 F32 = npt.NDArray[np.float32]
 
-_UPLOAD_UNIT = 15
+UPLOAD_UNIT = 15
 """Textures are bound here while they are filled: the last unit that OpenGL 3.3 promises, and none draws from it."""
 
-_TEXTURE_2D, _TEXTURE_CUBE, _CUBE_POSITIVE_X = 0x0DE1, 0x8513, 0x8515
+_TEXTURE_2D, _TEXTURE_CUBE, CUBE_POSITIVE_X = 0x0DE1, 0x8513, 0x8515
 _MAX_LEVEL, _UNPACK_ALIGNMENT = 0x813D, 0x0CF5
 _FORMATS = {2: 0x8227, 3: 0x1907}
 _TYPES = {"f2": (0x140B, np.float16), "f4": (0x1406, np.float32)}
@@ -43,7 +43,7 @@ def cube_texture(context: Context, levels: Sequence[F32], dtype: str) -> moderng
     """A cube texture with given levels, each (6, n, n, 3), every one half the size of the last; as `texture_2d`."""
     size = levels[0].shape[1]
     texture = context.gl.texture_cube((size, size), 3, levels[0].astype(_TYPES[dtype][1]).tobytes(), dtype=dtype)
-    faces = [[(_CUBE_POSITIVE_X + face, pixels) for face, pixels in enumerate(level)] for level in levels[1:]]
+    faces = [[(CUBE_POSITIVE_X + face, pixels) for face, pixels in enumerate(level)] for level in levels[1:]]
     _fill(context, texture, _TEXTURE_CUBE, dtype, faces)
     return texture
 
@@ -59,7 +59,7 @@ def _fill(
     i, u, p = ctypes.c_int, ctypes.c_uint, ctypes.c_void_p
     entry: Any = context.native.entry
     gl_type, numpy_type = _TYPES[dtype]
-    texture.use(_UPLOAD_UNIT)
+    texture.use(UPLOAD_UNIT)
     entry("glPixelStorei", u, i)(_UNPACK_ALIGNMENT, 1)
     write = entry("glTexImage2D", u, i, i, i, i, i, u, u, p)
     last = 0

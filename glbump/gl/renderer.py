@@ -8,20 +8,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import moderngl
-import numpy as np
-import numpy.typing as npt
 
 from glbump import validate as check
 from glbump.contents import Contents, content_keys
+from glbump.environment import Captured
 from glbump.errors import ContextError, LimitError
 from glbump.frame import Frame
+from glbump.gl.capture import Captures, Shown, filled
 from glbump.gl.context import Context, open_context
 from glbump.gl.program import build_program
 from glbump.gl.source import resolve
-from glbump.gl.targets import Targets
+from glbump.gl.targets import Targets, read
 from glbump.gl.textures import Store
 from glbump.gl.uniforms import Sample, Uniforms, View
-from glbump.plan import Capabilities, Plan, make_plan
+from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
 from glbump.plan.choices import GLOSSY, MESH
 from glbump.quality import Quality, quality_of
 from glbump.scene import Scene, check_size
@@ -75,7 +75,9 @@ class Renderer:
         self.contents = Contents()
         self._store = Store(self.context, self.contents)
         self._programs: dict[Hashable, Uniforms] = {}
-        self._targets: tuple[Hashable, Targets] | None = None
+        self._captures = Captures(self.context, self._captured_face)
+        # By what is drawn in them: frames, or faces of captures.
+        self._targets: dict[str, tuple[Hashable, Targets]] = {}
         self._last: Prepared | None = None
         self._flush = self.context.native.entry("glFlush")
         info = self.context.info
@@ -100,10 +102,11 @@ class Renderer:
         self._released = True
 
     def _release(self) -> None:
-        if self._targets is not None:
-            self._targets[1].release()
-            self._targets = None
+        for _, targets in self._targets.values():
+            targets.release()
+        self._targets.clear()
         self._last = None
+        self._captures.release()
         self._store.release()
         for uniforms in self._programs.values():
             uniforms.release()
@@ -115,9 +118,19 @@ class Renderer:
         """What `render` would draw, and why so."""
         return make_plan(scene, quality_of(quality), check_size(size), self.contents, self.capabilities)
 
-    def render(self, scene: Scene, size: tuple[int, int] = (512, 512), quality: str | Quality = "balanced") -> Frame:
+    def render(
+        self,
+        scene: Scene,
+        size: tuple[int, int] = (512, 512),
+        quality: str | Quality = "balanced",
+        *,
+        recapture: bool = True,
+    ) -> Frame:
         """A picture of the scene, `size` (width, height) pixels.
 
+        recapture: surfaces with a Captured environment capture the scene anew where anything but the camera has
+        changed since the last time; False shows what was captured last, whatever has changed, as long as all of these
+        environments were captured then.
         Raises SceneError, ImageError, MeshError, LimitError for what cannot be drawn; ContextError after release or
         on another thread; ShaderError where a shader does not compile.
         """
@@ -126,14 +139,14 @@ class Renderer:
         self.context.check("render")
         started = time.perf_counter()
         _ = self.context.gl.error  # what others left behind is theirs
-        ready = self._prepared(scene, check_size(size), quality_of(quality))
-        targets = self._targets_for(ready.plan)
+        ready = self._prepared(scene, check_size(size), quality_of(quality), check.flag("recapture", recapture))
+        targets = self._targets_for("frames", ready.plan)
         prepared = time.perf_counter()
         frame = self._draw(ready, targets)
         self._flush()
         drawn = time.perf_counter()
         stats = ready.stats | {"plan": dict(ready.stats["plan"])}
-        pixels = _read(frame, ready.plan)
+        pixels = read(frame)
         self._require_no_error()
         stats["ms"] = {
             "plan and upload": 1e3 * (prepared - started),
@@ -143,21 +156,41 @@ class Renderer:
         }
         return Frame(pixels, stats, bottom_up=True)
 
-    def _prepared(self, scene: Scene, size: tuple[int, int], quality: Quality) -> Prepared:
+    def _prepared(self, scene: Scene, size: tuple[int, int], quality: Quality, recapture: bool) -> Prepared:
         """The scene made ready to be drawn, or what the last frame left so, where nothing has changed since."""
         check.instance("scene", scene, Scene)
-        last, key = self._last, (size, quality, content_keys(scene))
-        if last is not None and last.scene is scene and last.key == key and last.freed == self._store.freed:
+        last, contents = self._last, (quality, content_keys(scene))
+        if (
+            last is not None
+            and last.scene is scene
+            and last.key == (size, contents)
+            and last.freed == self._store.freed
+            and self._captures.fit(scene, last.plan, contents, recapture)
+        ):
             return last
+        self._last = None
         plan = self.plan(scene, size, quality)
+        shown = self._captures.shown(scene, plan, quality, contents, recapture)
+        self._last = self._ready(scene, plan, shown, (size, contents))
+        return self._last
+
+    def _ready(self, scene: Scene, planned: Plan, shown: Shown, key: Hashable) -> Prepared:
+        """shown: what captured environments show."""
+        plan = filled(planned, shown)
         view = View(scene, plan, self.contents)
         self._store.begin()
-        draws = [self._surface(scene, plan, view, i) for i in range(len(plan.surfaces))]
+        draws = [self._surface(scene, plan, view, i, shown) for i in range(len(plan.surfaces))]
         sky = self._sky(plan, view) if plan.sky else None
         self._store.trim()
         stats = self._stats(scene, plan, draws)
-        self._last = Prepared(scene, key, plan, view, draws, sky, stats, self._store.freed)
-        return self._last
+        return Prepared(scene, key, planned, view, draws, sky, stats, self._store.freed)
+
+    def _captured_face(
+        self, scene: Scene, size: tuple[int, int], quality: Quality, shown: Shown
+    ) -> moderngl.Framebuffer:
+        """One of the pictures that a capture takes."""
+        plan = self.plan(scene, size, quality)
+        return self._draw(self._ready(scene, plan, shown, None), self._targets_for("faces", plan))
 
     def _stats(self, scene: Scene, plan: Plan, draws: list[Draw]) -> dict[str, Any]:
         """All that is known before the frame is drawn."""
@@ -167,7 +200,7 @@ class Renderer:
             "version": self.context.info["version"],
             "plan": {choice.what: choice.value for choice in plan.choices},
             "explain": plan.explain(),
-            "bytes": self._store.bytes,
+            "bytes": self._store.bytes + self._captures.bytes,
             "notes": self.contents.notes(scene),
             "triangles": sum(draw.vertices.vertices for draw in draws) // 3,
         }
@@ -177,6 +210,7 @@ class Renderer:
         error = self.context.gl.error
         if error == "GL_NO_ERROR":
             return
+        self._captures.release()
         self._store.release()
         if error == "GL_OUT_OF_MEMORY":
             raise LimitError("the driver's memory does not hold this scene; give smaller pictures, or a smaller size")
@@ -239,7 +273,7 @@ class Renderer:
         uniforms.write({"sample_picture": _FRAME, "premultiplied": _FRAME, "weight": weight})
         uniforms.vertices.render(vertices=3)
 
-    def _surface(self, scene: Scene, plan: Plan, view: View, index: int) -> Draw:
+    def _surface(self, scene: Scene, plan: Plan, view: View, index: int, shown: Shown) -> Draw:
         surface, how = scene.surfaces[index], plan.surfaces[index]
         environment = plan.environments[how.environment]
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
@@ -248,10 +282,14 @@ class Renderer:
         if how.has("LIGHT") == GLOSSY:
             textures.append((self._store.gloss(environment), _GLOSS))
         elif environment.layout is not None:
-            textures.append((self._store.environment(environment), _ENVIRONMENT))
+            textures.append((self._environment(environment, shown), _ENVIRONMENT))
         if surface.bump is not None and how.has("BUMP"):
             textures.append((self._store.slopes(surface.bump, plan), _SLOPES))
         return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), textures)
+
+    def _environment(self, how: EnvironmentPlan, shown: Shown) -> moderngl.Texture | moderngl.TextureCube:
+        taken = shown.get(how.environment) if isinstance(how.environment, Captured) else None
+        return taken if isinstance(taken, moderngl.TextureCube) else self._store.environment(how)
 
     def _mesh(self, scene: Scene, plan: Plan, index: int) -> Any:
         how = plan.surfaces[index]
@@ -280,23 +318,13 @@ class Renderer:
             self._programs[key] = Uniforms(self.context.gl, program)
         return self._programs[key]
 
-    def _targets_for(self, plan: Plan) -> Targets:
+    def _targets_for(self, use: str, plan: Plan) -> Targets:
         key = Targets.key(plan)
-        if self._targets is None or self._targets[0] != key:
-            if self._targets is not None:
-                self._targets[1].release()
-                self._targets = None
-            self._targets = (key, Targets(self.context, plan))
-        return self._targets[1]
-
-
-def _read(frame: moderngl.Framebuffer, plan: Plan) -> npt.NDArray[Any]:
-    """The pixels as the GPU has them: (H, W, 4) float16 or float32, bottom row first."""
-    width, height = plan.size
-    half = plan.frame_format == "half"
-    pixels = np.empty((height, width, 4), np.float16 if half else np.float32)
-    frame.read_into(pixels, components=4, dtype="f2" if half else "f4")
-    return pixels
+        if use not in self._targets or self._targets[use][0] != key:
+            if use in self._targets:
+                self._targets.pop(use)[1].release()
+            self._targets[use] = (key, Targets(self.context, plan))
+        return self._targets[use][1]
 
 
 def render(

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+from typing import Any
 
 import moderngl
+import numpy as np
+import numpy.typing as npt
 
 from glbump.errors import LimitError
 from glbump.gl.context import Context
@@ -85,3 +88,11 @@ class Targets:
                     attachment.release()
             frame.release()
         self._frames.clear()
+
+
+def read(frame: moderngl.Framebuffer) -> npt.NDArray[Any]:
+    """The pixels as the GPU has them: (H, W, 4) float16 or float32, bottom row first."""
+    dtype = Targets.texture_of(frame).dtype
+    pixels = np.empty((frame.height, frame.width, 4), dtype)
+    frame.read_into(pixels, components=4, dtype=dtype)
+    return pixels

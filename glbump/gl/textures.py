@@ -24,7 +24,7 @@ from glbump.shapes import Shape
 F32 = npt.NDArray[np.float32]
 
 _DTYPES = {"half": "f2", "float": "f4"}
-_FILTERS = {
+FILTERS = {
     "bilinear": (moderngl.LINEAR, moderngl.LINEAR),
     "nearest-level": (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR),
     "trilinear": (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR),
@@ -141,7 +141,7 @@ class Store:
                 picture = resampled(picture, plan.layout, plan.size)
             levels = environment_levels(picture) if plan.filter != "bilinear" else [picture.pixels]
             texture, size = self.panorama(picture.layout, levels, dtype)
-        texture.filter = _FILTERS[plan.filter if plan.layout in (LATLONG, CUBE) else "bilinear"]
+        texture.filter = FILTERS[plan.filter if plan.layout in (LATLONG, CUBE) else "bilinear"]
         return texture, size
 
     def panorama(self, layout: Layout, levels: Sequence[F32], dtype: str) -> tuple[Any, int]:
@@ -209,7 +209,7 @@ class Store:
     def _texture_2d(self, pixels: npt.NDArray[np.float32], texture_format: str, how: str) -> moderngl.Texture:
         levels = [pixels] if how == "bilinear" else chain(pixels)
         texture = texture_2d(self._context, levels, _DTYPES[texture_format])
-        texture.filter = _FILTERS[how]
+        texture.filter = FILTERS[how]
         return texture
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from glbump import validate as check
 from glbump.camera import near_far
+from glbump.captures import require_outside
 from glbump.contents import Contents
-from glbump.environment import Captured
 from glbump.plan.choices import (
     NO_PARALLAX,
     Capabilities,
@@ -18,7 +18,7 @@ from glbump.plan.choices import (
     SurfacePlan,
     fitting_format,
 )
-from glbump.plan.environments import environment_plan, parallax
+from glbump.plan.environments import brightest, environment_plan, parallax
 from glbump.plan.surfaces import apart, require_uv, steepest, surface_plan, world_bounds
 from glbump.quality import Quality
 from glbump.scene import Scene
@@ -47,6 +47,7 @@ def make_plan(
         choices.append(Choice(what, str(value), why))
 
     check.instance("scene", scene, Scene)
+    require_outside(scene)
     note("samples", quality.samples, f"{quality.samples} a pixel, as quality {quality.preset} has it")
     frame_format = _frame_format(scene, quality, contents, note)
     environments = tuple(
@@ -94,7 +95,7 @@ def make_plan(
 
 
 def _frame_format(scene: Scene, quality: Quality, contents: Contents, note: Note) -> str:
-    bright = max(contents.brightest(e) for e in scene.environments if not isinstance(e, Captured))
+    bright = brightest(scene, contents)
     if quality.frame_format == "half" and quality.samples > HALF_SUM:
         note("frame format", "float", f"{quality.samples} samples a pixel add up in it; halves would lose them")
         return "float"

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from glbump.contents import Contents
+from glbump.captures import count, gain
+from glbump.contents import BRIGHTEST, Contents
 from glbump.environment import MIRRORED, BoxBounds, Captured, Environment, HemiCube, Hemisphere, Pictured, Procedural
 from glbump.errors import LimitError
 from glbump.maps.layout import CUBE, LATLONG, LAYOUTS, Layout
@@ -55,7 +56,10 @@ def environment_plan(
     layout, resampled, texture_format = None, None, quality.texture_format
     # A computed environment has texels for its roughness chain alone.
     if isinstance(environment, Pictured) or glossy:
-        peak = contents.peak(environment if not isinstance(environment, Captured) else scene.environment)
+        if isinstance(environment, Captured):
+            peak = brightest(scene, contents) / 2.0 ** max(environment.exposure, 0.0)
+        else:
+            peak = contents.peak(environment)
         what = "texture format" if number == 0 else f"texture format {number}"
         texture_format = fitting_format(what, texture_format, name, peak, note)
     if isinstance(environment, Pictured):
@@ -80,6 +84,17 @@ def environment_plan(
     )
 
 
+def brightest(scene: Scene, contents: Contents) -> float:
+    """The most that a picture of the scene may reach; LimitError where it is past BRIGHTEST."""
+    bright = max(contents.brightest(e) for e in scene.environments if not isinstance(e, Captured)) * gain(scene)
+    if not bright <= BRIGHTEST:
+        raise LimitError(
+            f"captured light may grow to {bright:.3g}, by each bounce's exposure; at most {BRIGHTEST:g}: lower "
+            "environment.exposure or environment.bounces"
+        )
+    return bright
+
+
 def _layout(
     name: str,
     environment: Pictured,
@@ -92,9 +107,16 @@ def _layout(
 ) -> tuple[Layout, int | None]:
     """The layout that an environment's texels have on the GPU, and what it is resampled to, if it is."""
     if isinstance(environment, Captured):
-        _require_room(name, LAYOUTS[environment.layout], (environment.size, environment.size), capabilities)
-        note(name, environment.faces, f"{environment.size} pixels a face, drawn from {environment.position}")
-        return LAYOUTS[environment.layout], environment.size
+        layout = LAYOUTS[environment.layout]
+        _, height, width = layout.shape(environment.size)
+        _require_room(name, layout, (width, height), capabilities)
+        note(
+            name,
+            f"captured {layout.name} of {environment.size}",
+            f"{count(scene, environment)} pictures drawn from {environment.position}, without what shows it; anew when "
+            "the scene changes, not when the camera moves",
+        )
+        return layout, environment.size
     picture = contents.environment(environment)
     given = picture.layout
     width, height = picture.size
