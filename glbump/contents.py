@@ -175,8 +175,14 @@ class Contents:
         result: float = self._get(("steepest", bump_key(bump)), lambda: _largest(self.slopes(bump)))
         return result
 
-    def mesh(self, shape: Shape, segments: int = SEGMENTS[0]) -> Mesh:
-        """The shape's triangles; a mesh file's are its own, whatever the segments."""
+    def mesh(self, shape: Shape, segments: int = SEGMENTS[0], *, normal_map: bool = False) -> Mesh:
+        """The shape's triangles; a mesh file's are its own, whatever the segments. normal_map: with the axes of normal
+        maps for dp/du and dp/dv, which on other shapes are the same."""
+        if normal_map and isinstance(shape, MeshFile):
+            from glbump.mikktspace import normal_mapped
+
+            mapped: Mesh = self._get(("axes", shape_key(shape)), lambda: normal_mapped(self.mesh(shape)))
+            return mapped
         key = ("mesh", shape_key(shape), None if isinstance(shape, MeshFile) else segments)
         result: Mesh = self._get(key, lambda: tessellate(shape, segments))
         return result

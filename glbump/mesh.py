@@ -29,6 +29,8 @@ class Mesh:
 
     positions: (V, 3). triangles: (T, 3) int32 into them, counter-clockwise seen from outside.
     normals: (V, 3) unit length; uv: (V, 2), v up; dpdu, dpdv: (V, 3), change of position per unit of u and v.
+    tangents: (T, 3, 4) float32, the file's own at the triangles' corners, unit x, y, z and w as in glTF; 0 where it has
+    none. Only normal maps go by them: see mikktspace.normal_mapped.
     notes: what was found and mended while reading a file, one sentence each.
     """
 
@@ -38,6 +40,7 @@ class Mesh:
     uv: Floats | None = None
     dpdu: Floats | None = None
     dpdv: Floats | None = None
+    tangents: npt.NDArray[np.float32] | None = None
     notes: tuple[str, ...] = ()
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -30,7 +31,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     normals: the file's, or by angle-weighted means over triangles that share a position, or one per triangle
     where the format has it so (STL, and GLB without normals). dpdu, dpdv: real partial derivatives of position,
     angle-weighted means over the triangles round a vertex; vertices are split where the uv on one side are
-    mirrored, so no mean goes across. They are 0 where uv have no area, and bumps have no meaning.
+    mirrored, so no mean goes across. They are 0 where uv have no area, and bumps have no meaning. tangents: a GLB's.
 
     Raises MeshError, one line, for a file that is missing, damaged, of another kind, or has nothing to draw,
     and LimitError for one that is too large.
@@ -86,6 +87,8 @@ def _mesh(raw: Raw) -> Mesh:
     _check_finite(raw.positions, "vertices")
     if raw.uv is not None:
         _check_finite(raw.uv, "texture coordinates")
+    if raw.tangents is not None:
+        _check_finite(raw.tangents, "tangents")
     raw, angles = _with_area(raw, notes)
     normals, normal_rows = _normals(raw, angles, notes)
     tangents = _tangents(raw, notes)
@@ -99,11 +102,12 @@ def _mesh(raw: Raw) -> Mesh:
         ]
     first, triangles = _distinct([key.reshape(-1) for key in keys])
     triangles = triangles.reshape(-1, 3)
-    uv = dpdu = dpdv = None
+    uv = dpdu = dpdv = own = None
     if raw.uv is not None and raw.uv_corners is not None and tangents is not None:
         uv = raw.uv[raw.uv_corners.reshape(-1)[first]]
         weights = angles * np.abs(tangents[2])[:, None]
         dpdu, dpdv = (_mean(triangles, weights, values, len(first)) for values in tangents[:2])
+        own = None if raw.tangents is None else _own_tangents(raw.tangents, raw.corners, notes)
     return Mesh(
         raw.positions[raw.corners.reshape(-1)[first]],
         triangles.astype(np.int32),
@@ -111,6 +115,7 @@ def _mesh(raw: Raw) -> Mesh:
         uv,
         dpdu,
         dpdv,
+        own,
         tuple(notes),
     )
 
@@ -159,7 +164,8 @@ def _with_area(raw: Raw, notes: list[str]) -> tuple[Raw, Floats]:
     edges, area = edges[keep], area[keep]
     back = -np.roll(edges, 1, axis=1)
     angles = np.arctan2(area[:, None], np.sum(edges * back, axis=2))
-    thinner = Raw(raw.positions, raw.corners[keep], raw.uv, kept(raw.uv_corners), raw.normals, kept(raw.normal_corners))
+    kept_corners = kept(raw.uv_corners), kept(raw.normal_corners)
+    thinner = replace(raw, corners=raw.corners[keep], uv_corners=kept_corners[0], normal_corners=kept_corners[1])
     return thinner, angles
 
 
@@ -225,3 +231,20 @@ def _tangents(raw: Raw, notes: list[str]) -> tuple[Floats, Floats, npt.NDArray[n
     flat = sign == 0
     dpdu[flat], dpdv[flat] = 0, 0
     return dpdu, dpdv, sign
+
+
+def _own_tangents(tangents: Floats, corners: Indices, notes: list[str]) -> npt.NDArray[np.float32]:
+    """(T, 3, 4): unit tangents and w at the triangles' corners, 0 where the file has none that mean anything."""
+    at = np.abs(tangents[:, :3]).max(axis=1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        near_1 = tangents[:, :3] / at
+        units = near_1 / np.linalg.norm(near_1, axis=1, keepdims=True)
+    good = (at[:, 0] > 0) & (np.abs(np.abs(tangents[:, 3]) - 1) < 1e-3)
+    bad = np.unique(corners[np.any(tangents != 0, axis=1)[corners] & ~good[corners]])
+    if len(bad):
+        notes.append(
+            f"{len(bad):,} of {len(np.unique(corners)):,} tangents have no direction, or another w than 1 and -1; "
+            "MikkTSpace's are taken there"
+        )
+    own = np.column_stack([units, np.sign(tangents[:, 3])])
+    return np.where(good[:, None], own, 0).astype(np.float32)[corners]

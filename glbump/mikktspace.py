@@ -11,12 +11,14 @@ changes no digit.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import MeshError
+from glbump.mesh import Mesh
 from glbump.validate import LONGEST
 
 F32 = npt.NDArray[np.float32]
@@ -65,7 +67,8 @@ def corner_tangents(positions: npt.ArrayLike, normals: npt.ArrayLike, uv: npt.Ar
     count = len(p)
     tangents = np.tile(np.array([1, 0, 0, -1], np.float32), (3 * count, 1))
     groups = np.full(3 * count, -1)
-    vertices = _welded(np.concatenate([p, n, st], axis=2))
+    corners = np.concatenate([p, n, st], axis=2).reshape(-1, 8)
+    vertices = _numbered(corners.view(np.uint64).T)[0].reshape(-1, 3)
     good = ~np.any(np.all(p == np.roll(p, -1, axis=1), axis=2), axis=1)
     if np.any(good):
         rows = np.flatnonzero(np.repeat(good, 3))
@@ -78,6 +81,38 @@ def corner_tangents(positions: npt.ArrayLike, normals: npt.ArrayLike, uv: npt.Ar
         alone, like = alone[like < 3 * count], like[like < 3 * count]
         tangents[alone], groups[alone] = tangents[like], groups[like]
     return CornerTangents(tangents.reshape(count, 3, 4), groups.reshape(count, 3))
+
+
+def normal_mapped(mesh: Mesh) -> Mesh:
+    """The mesh with a normal map's axes for dp/du and dp/dv: tangents, and w cross(normal, tangent), at each vertex.
+
+    They are the file's where it has some, and MikkTSpace's elsewhere; 0 where uv have no area, as dp/du is. Vertices
+    are doubled where triangles that meet there share no tangent. All are as long as the mesh is large, so that they
+    stay in the range of 32-bit floats in its units. A mesh without uv or normals is left as it is.
+    """
+    if mesh.uv is None or mesh.normals is None or mesh.dpdu is None:
+        return mesh
+    rows = mesh.triangles
+    tangents = np.zeros((*rows.shape, 4), np.float32) if mesh.tangents is None else mesh.tangents
+    missing = ~np.any(tangents != 0, axis=2)
+    if np.any(missing):
+        found = corner_tangents(mesh.positions[rows], mesh.normals[rows], mesh.uv[rows]).tangents
+        flat = ~np.any(mesh.dpdu != 0, axis=1)[rows]
+        tangents = np.where(missing[..., None], np.where(flat[..., None], 0, found), tangents)
+    columns = np.ascontiguousarray(tangents).reshape(-1, 4).view(np.uint64).T
+    triangles, first = _numbered(np.stack([rows.reshape(-1).astype(np.uint64), *columns]))
+    vertices, at = rows.reshape(-1)[first], tangents.reshape(-1, 4)[first].astype(np.float64)
+    size = np.ptp(mesh.positions, axis=0).max()
+    normals = mesh.normals[vertices]
+    return replace(
+        mesh,
+        positions=mesh.positions[vertices],
+        triangles=triangles.reshape(-1, 3).astype(np.int32),
+        normals=normals,
+        uv=mesh.uv[vertices],
+        dpdu=size * at[:, :3],
+        dpdv=size * at[:, 3:] * np.cross(normals, at[:, :3]),
+    )
 
 
 def _checked(*arrays: npt.ArrayLike) -> list[F32]:
@@ -100,14 +135,15 @@ def _checked(*arrays: npt.ArrayLike) -> list[F32]:
     return [value.astype(np.float32) + np.float32(0) for value in values]  # -0 is 0
 
 
-def _welded(corners: F32) -> Indices:
-    """(T, 3): a number for each distinct row of corners (T, 3, 8)."""
-    columns = np.ascontiguousarray(corners).reshape(-1, 8).view(np.uint64).T
+def _numbered(columns: npt.NDArray[np.uint64]) -> tuple[Indices, Indices]:
+    """A number, from 0, for each of N things, the same for those with the same values in columns (K, N); and for each
+    number the first that has it."""
     order = np.lexsort(columns)
-    ahead = np.any(np.diff(columns[:, order], axis=1) != 0, axis=0)
+    new = np.ones(len(order), bool)
+    new[1:] = np.any(np.diff(columns[:, order], axis=1) != 0, axis=0)
     numbers = np.empty(len(order), np.int64)
-    numbers[order] = np.concatenate([[0], np.cumsum(ahead)])[: len(order)]
-    return numbers.reshape(-1, 3)
+    numbers[order] = np.cumsum(new) - 1
+    return numbers, order[new]
 
 
 def _dot(a: F32, b: F32) -> F32:

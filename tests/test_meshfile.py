@@ -604,7 +604,7 @@ def primitive(tree: dict[str, Any]) -> dict[str, Any]:
         ("glb", changed_glb(lambda t: primitive(t)["attributes"].update(POSITION=1)), r"positions of other than 3"),
         ("glb", changed_glb(lambda t: t["accessors"][0].update(count=5)), r"an accessor ends at byte 60 of 48"),
         ("glb", changed_glb(lambda t: t["accessors"][0].update(count=3)), r"not there, such as number 3; there are 3"),
-        ("glb", changed_glb(lambda t: t["accessors"][1].update(count=3)), r"3 normals or texture coordinates for 4"),
+        ("glb", changed_glb(lambda t: t["accessors"][1].update(count=3)), r"3 texture coordinates of 2 numbers for 4"),
         ("glb", changed_glb(lambda t: t["accessors"][0].pop("bufferView")), r"has an accessor without data"),
         ("glb", changed_glb(lambda t: t["bufferViews"][0].update(byteLength=9999)), r"a buffer view ends at byte"),
         ("glb", changed_glb(lambda t: t["bufferViews"][0].update(byteOffset=-8)), r"a buffer view ends at"),

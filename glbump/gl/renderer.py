@@ -24,7 +24,7 @@ from glbump.gl.uniforms import Sample, Uniforms, View
 from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
 from glbump.plan.choices import GLOSSY, MESH
 from glbump.quality import Quality, quality_of
-from glbump.scene import Scene, check_size
+from glbump.scene import NormalMap, Scene, check_size
 
 _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
 _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
@@ -299,7 +299,8 @@ class Renderer:
         surface = scene.surfaces[index]
         shape = None if how.has("OUTLINE") else surface.shape
         repeat = surface.bump.repeat if surface.bump is not None and "texcoord" in attributes else (1.0, 1.0)
-        return self._store.mesh(shape, how.segments, attributes, repeat)
+        normal_map = "tangent_u" in attributes and isinstance(surface.bump, NormalMap)
+        return self._store.mesh(shape, how.segments, attributes, repeat, normal_map=normal_map)
 
     def _sky(self, plan: Plan, view: View) -> Draw:
         environment = plan.environments[0]

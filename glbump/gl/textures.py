@@ -185,14 +185,20 @@ class Store:
         return result
 
     def mesh(
-        self, shape: Shape | None, segments: int, attributes: dict[str, str], repeat: tuple[float, float] = (1.0, 1.0)
+        self,
+        shape: Shape | None,
+        segments: int,
+        attributes: dict[str, str],
+        repeat: tuple[float, float] = (1.0, 1.0),
+        *,
+        normal_map: bool = False,
     ) -> MeshBuffers:
         """Vertex buffers, of a sphere's outline for None. attributes: name in the shader -> field of Mesh; repeat: what
-        uv are multiplied by."""
+        uv are multiplied by; normal_map: with the axes of normal maps."""
         gl = self._context.gl
 
         def make() -> tuple[Any, int]:
-            mesh = outline(segments) if shape is None else self._contents.mesh(shape, segments)
+            mesh = outline(segments) if shape is None else self._contents.mesh(shape, segments, normal_map=normal_map)
             if shape is not None:
                 mesh = in_repeats(in_frame(mesh, *self._contents.frame(shape)), repeat)
             made = {
@@ -202,7 +208,7 @@ class Store:
             buffers = MeshBuffers(made, gl.buffer(np.ascontiguousarray(mesh.triangles, np.int32).tobytes()))
             return buffers, buffers.size
 
-        key = ("mesh", shape and shape_key(shape), segments, tuple(attributes), repeat)
+        key = ("mesh", shape and shape_key(shape), segments, tuple(attributes), repeat, normal_map)
         result: MeshBuffers = self._get(key, make)
         return result
 

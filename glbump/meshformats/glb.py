@@ -17,6 +17,7 @@ MOST_TRIANGLES = 20_000_000
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _MODES = {4: "triangles", 5: "strip", 6: "fan"}
+_WANTED = ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT")
 _DRACO = "KHR_draco_mesh_compression"
 
 # Required extensions that leave triangles as they are, or that are obeyed here.
@@ -152,8 +153,7 @@ class _Glb:
             found, indices = self.draco(compressed)
             mode = "triangles"
         else:
-            wanted = ("POSITION", "NORMAL", "TEXCOORD_0")
-            found = {name: self.accessor(names[name]) for name in wanted if name in names}
+            found = {name: self.accessor(names[name]) for name in _WANTED if name in names}
             if "indices" in primitive:
                 indices = self.accessor(primitive["indices"], whole=True).reshape(-1).astype(np.int64)
         positions = found["POSITION"]
@@ -166,12 +166,22 @@ class _Glb:
         if normals is None:
             normals, normal_corners = facet_normals(positions, corners)
         uv = found.get("TEXCOORD_0")
-        for values, width in ((uv, 2), (found.get("NORMAL"), 3)):
+        # Without normals, tangents are to be ignored (glTF 2.0, 3.7.2.1).
+        tangents = found.get("TANGENT") if "NORMAL" in found else None
+        for what, values, width in (
+            ("texture coordinates", uv, 2),
+            ("normals", found.get("NORMAL"), 3),
+            ("tangents", tangents, 4),
+        ):
             if values is not None and values.shape != (len(positions), width):
-                raise MeshError(f"has {len(values):,} normals or texture coordinates for {len(positions):,} vertices")
+                count, numbers = values.shape
+                raise MeshError(
+                    f"has {count:,} {what} of {numbers} numbers for {len(positions):,} vertices, not {width}"
+                )
         if uv is not None:
             uv = np.column_stack([uv[:, 0], 1 - uv[:, 1]])  # glTF's v points down
-        return Raw(positions, corners, uv, None if uv is None else corners, normals, normal_corners)
+        uv_corners = None if uv is None else corners
+        return Raw(positions, corners, uv, uv_corners, normals, normal_corners, tangents=tangents)
 
     def draco(self, extension: dict[str, Any]) -> tuple[dict[str, Floats], Indices]:
         """Attributes and triangles of a Draco-compressed primitive."""
@@ -190,9 +200,7 @@ class _Glb:
         except Exception as why:  # the decoder's own kinds
             raise MeshError(f"its Draco data cannot be decoded: {' '.join(str(why).split())[:100]}") from None
         return {
-            name: of_id[i].reshape(len(of_id[i]), -1)
-            for name, i in extension["attributes"].items()
-            if name in ("POSITION", "NORMAL", "TEXCOORD_0")
+            name: of_id[i].reshape(len(of_id[i]), -1) for name, i in extension["attributes"].items() if name in _WANTED
         }, faces
 
     def view(self, index: Any) -> memoryview:
@@ -264,7 +272,13 @@ class _Glb:
 
         positions, normals = join("positions", "corners"), join("normals", "normal_corners")
         uv = join("uv", "uv_corners") if with_uv == len(self.parts) else (None, None)
-        return Raw(positions[0], positions[1], uv[0], uv[1], normals[0], normals[1], notes)
+        tangents = None
+        if any(part.tangents is not None for part in self.parts):
+            none = np.zeros((1, 4))
+            tangents = np.concatenate(
+                [none.repeat(len(p.positions), 0) if p.tangents is None else p.tangents for p in self.parts]
+            )
+        return Raw(positions[0], positions[1], uv[0], uv[1], normals[0], normals[1], notes, tangents)
 
 
 def _matrix(node: dict[str, Any]) -> Floats:
@@ -299,6 +313,10 @@ def _moved(part: Raw, world: Floats) -> Raw:
     step = -1 if mirrored else 1
     assert part.normals is not None
     assert part.normal_corners is not None
+    tangents = part.tangents
+    if tangents is not None:
+        # A mirror turns the cross product of normal and tangent round, and not the bitangent.
+        tangents = np.column_stack([tangents[:, :3] @ linear.T, tangents[:, 3] * step])
     return Raw(
         part.positions @ linear.T + world[:3, 3],
         part.corners[:, ::step],
@@ -306,4 +324,5 @@ def _moved(part: Raw, world: Floats) -> Raw:
         None if part.uv_corners is None else part.uv_corners[:, ::step],
         part.normals @ cofactors.T * step,
         part.normal_corners[:, ::step],
+        tangents=tangents,
     )

@@ -20,6 +20,7 @@ class Raw:
 
     positions (P, 3), uv (Q, 2) with v up, normals (R, 3) of any length; corners, uv_corners, normal_corners:
     (T, 3) rows of those. Without normals the surface is smooth wherever triangles share a position's row.
+    tangents: (P, 4) at the positions' rows: x, y, z of any length, and w, the bitangent's side; 0 where there is none.
     """
 
     positions: Floats
@@ -29,6 +30,7 @@ class Raw:
     normals: Floats | None = None
     normal_corners: Indices | None = None
     notes: list[str] = field(default_factory=list)
+    tangents: Floats | None = None
 
 
 def check_rows(rows: Indices, count: int, what: str) -> Indices:
