@@ -21,11 +21,14 @@ EMPTY = 0.02
 """What is no part of a picture differs from one colour by at most this share of the picture's brightness, in 19 of 20
 texels: JPEG leaves some noise there."""
 
-RIM = 0.5
-"""The rim of a disc of the whole sphere is one direction: it varies at most this share of a ring further in."""
+FOLD = 0.6
+"""The halves of an octahedral picture's edges are alike: they differ by at most this share of what unlike places do."""
 
-FOLD = 3.0
-"""The halves of an octahedral picture's edges are alike: they differ by at most this, times the differences beside."""
+
+DISCS = (
+    "as light probes have it; no content tells it from the photograph of a mirror ball (mirror-ball) or from a fisheye "
+    "picture of the sky (equidistant, equal-area, orthographic)"
+)
 
 
 class Detected(NamedTuple):
@@ -124,37 +127,15 @@ def _square(pixels: F32) -> Detected:
     if HEMICUBE_CROSS.fits(*pixels.shape[1::-1]) and holes_are_empty(HEMICUBE_CROSS, pixels):
         return Detected("hemicube-cross", "inside", "it is 1:1 with four empty corners, a box folded open", True)
     if is_disc(pixels):
-        if _rim_is_one(pixels):
-            why = 'it is a disc whose rim is all alike; a photograph of a mirror ball must be said: "mirror-ball"'
-            return Detected("angular", "inside", why, False)
-        why = (
-            'it is a disc whose rim is not all alike, a half sphere; or say "equal-area", "orthographic", "mirror-ball"'
-        )
-        return Detected("equidistant", "inside", why, False)
+        return Detected("angular", "inside", f"it is a disc with empty corners, {DISCS}", False)
     if _folds(pixels):
         return Detected("octahedral", "inside", "it is 1:1 and the halves of its edges are alike", True)
     return Detected("lat-long", "inside", "it is 1:1, without empty corners, and the halves of its edges differ", False)
 
 
-def _rim_is_one(pixels: F32) -> bool:
-    n = pixels.shape[0]
-    r = _radius(n)
-    rim = pixels[(r < 1 - 1 / n) & (r > 1 - 4 / n)]
-    ring = pixels[(r < 0.75) & (r > 0.75 - 4 / n)]
-    return float(_spread(rim)) <= RIM * float(_spread(ring))
-
-
-def _spread(texels: F32) -> float:
-    """The range of the middle four fifths, summed over the channels: a sun is not in it."""
-    low, high = np.quantile(texels, (0.1, 0.9), axis=0)
-    return float(np.sum(high - low))
-
-
 def _folds(pixels: F32) -> bool:
-    apart = beside = 0.0
-    for edge, inner in (
-        (pixels[0], pixels[1]), (pixels[-1], pixels[-2]), (pixels[:, 0], pixels[:, 1]), (pixels[:, -1], pixels[:, -2])
-    ):  # fmt: skip
-        apart += float(np.abs(edge - edge[::-1]).mean())
-        beside += float(np.abs(edge - inner).mean())
-    return apart <= FOLD * beside
+    """Whether the halves of each edge are alike: unlike places a quarter of the edge apart."""
+    edges = np.stack([pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]])
+    apart = np.abs(edges - edges[:, ::-1]).mean()
+    unlike = np.abs(edges - np.roll(edges, edges.shape[1] // 4, axis=1)).mean()
+    return bool(apart <= FOLD * unlike)

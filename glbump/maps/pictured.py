@@ -74,7 +74,7 @@ def _detected(picture: Picture, orientation: str) -> EnvironmentMap:
     environment = environment_of(picture, found.layout, orientation)
     if found.is_sure:
         return environment
-    note = f"{picture.name}: taken as {found.layout}, as {found.why}; say the layout if it is another"
+    note = f"{picture.name}: taken as {found.layout}: {found.why}; say which layout if it is another"
     return replace(environment, notes=(note, *environment.notes))
 
 
