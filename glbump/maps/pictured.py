@@ -124,18 +124,19 @@ def _latlong(picture: Picture) -> EnvironmentMap:
             offset=(0.5 / period - 0.5, 0.5 / height),
         )
     whole = EnvironmentMap(LATLONG, np.ascontiguousarray(pixels, np.float32)[None])
+    if width == 2 * height:
+        return whole
     got = f"{name}: a lat-long picture is twice as wide as high; got {width}x{height}: "
-    if width > 2 * height:
-        scale = width / (2 * height)
-        high = 360 * height / width
-        note = (
-            f"{got}taken as 360 degrees wide and {high:.3g} high about the horizon, its first and last row going on to "
-            "the poles; pad it to 2:1 if the horizon is elsewhere"
-        )
-        return replace(whole, scale=(1.0, scale), offset=(0.0, 0.5 - 0.5 * scale), notes=(note,))
+    looks = detect.detect(picture).layout
+    hint = "" if looks == "lat-long" else f"; its shape is that of layout {looks}"
     if width < 2 * height:
-        return replace(whole, notes=(f"{got}stretched over the whole sphere; crop it to 2:1 if it shows more or less",))
-    return whole
+        return replace(whole, notes=(f"{got}stretched over the whole sphere{hint}",))
+    scale = width / (2 * height)
+    assumed = (
+        f"taken as 360 degrees wide and {360 * height / width:.3g} high about the horizon, its first and last row "
+        "going on to the poles; pad it to 2:1 if the horizon is elsewhere"
+    )
+    return replace(whole, scale=(1.0, scale), offset=(0.0, 0.5 - 0.5 * scale), notes=(got + assumed + hint,))
 
 
 def _plain(picture: Picture, layout: Layout) -> EnvironmentMap:
