@@ -27,7 +27,7 @@ format: $(VENV)/.ready-lint ## put the code into its one format
 	@$(RUN) -m ruff check --fix .
 	@$(RUN) -m ruff format .
 
-bench: $(VENV)/.ready-test driver ## the figures of docs/benchmarks.md, measured here
+bench: $(VENV)/.ready-bench driver ## the figures of docs/benchmarks.md, measured here
 	@$(RUN) -m benchmarks $(ARGS)
 
 # One stamp for each set of packages, older than pyproject.toml when there is something to install.
