@@ -36,7 +36,7 @@ def of_one_cube(picture: Picture, layout: str, orientation: str) -> EnvironmentM
     UNFOLDINGS. orientation: "opengl", "inside" or "auto"."""
     pixels, name = picture.pixels, picture.name
     if pixels.shape == (6, *pixels.shape[1:2] * 2, 3) and layout in ("cube", "faces"):
-        return _checked(CUBE, pixels, orientation, name)
+        return _checked(CUBE, pixels, orientation, [name] * 6)
     height, width = pixels.shape[:2]
     unfolding = candidate(layout, width, height) if pixels.ndim == 3 else None
     if unfolding is None or (picture.envmap == "cube" and unfolding is not VSTRIP):
@@ -50,7 +50,7 @@ def of_one_cube(picture: Picture, layout: str, orientation: str) -> EnvironmentM
     if picture.envmap == "faces" and orientation == "auto":
         orientation = "opengl"
     if not unfolding.has_front:
-        return _checked(unfolding.layout, unfolding.read(pixels, "opengl"), orientation, name)
+        return _checked(unfolding.layout, unfolding.read(pixels, "opengl"), orientation, [name] * 6)
     notes = []
     if unfolding.holes().any() and not holes_are_empty(unfolding, pixels):
         notes.append(f"{name}: the corners of this {unfolding.name} are not empty; what they hold is not used")
@@ -58,7 +58,7 @@ def of_one_cube(picture: Picture, layout: str, orientation: str) -> EnvironmentM
         orientation = unfolding.orientation
         notes.append(_front_note(name))
     tiles = unfolding.read(pixels, orientation)
-    return EnvironmentMap(unfolding.layout, tiles, notes=(*notes, *_fault_notes(unfolding.layout, tiles, name)))
+    return EnvironmentMap(unfolding.layout, tiles, notes=(*notes, *_fault_notes(tiles, orientation, [name] * 6)))
 
 
 def _front_note(name: str) -> str:
@@ -81,14 +81,14 @@ def _files(layout: str) -> str:
     return "five pictures" if layout.startswith("hemicube") else "six pictures"
 
 
-def _checked(layout: Layout, tiles: npt.NDArray[Any], orientation: str, name: str) -> EnvironmentMap:
+def _checked(layout: Layout, tiles: npt.NDArray[Any], orientation: str, names: Sequence[str]) -> EnvironmentMap:
     """Tiles that are known by their axes, in the orientation given, or the one in which their edges meet."""
     tiles, notes = np.ascontiguousarray(tiles, np.float32), []
     if orientation == "auto":
         orientation, note = _orientation_by_edges(layout, tiles)
-        notes += [f"{name}: {note}"] * bool(note)
+        notes += [f"{names[0]}: {note}"] * bool(note)
     tiles = oriented(layout, tiles, orientation)
-    return EnvironmentMap(layout, tiles, notes=(*notes, *_fault_notes(layout, tiles, name)))
+    return EnvironmentMap(layout, tiles, notes=(*notes, *_fault_notes(tiles, orientation, names)))
 
 
 def _whole_cube(layout: Layout, tiles: F32) -> F32:
@@ -114,24 +114,28 @@ def _orientation_by_edges(layout: Layout, tiles: F32) -> tuple[str, str]:
     return "opengl", ""
 
 
-def _fault_notes(layout: Layout, tiles: F32, name: str) -> list[str]:
-    """What the edges of a cube say against it."""
-    if layout is not CUBE or tiles.shape[1] < 2:
+def _fault_notes(tiles: F32, orientation: str, names: Sequence[str]) -> list[str]:
+    """What the edges of a cube's faces say against them. names: of each face's file."""
+    if len(tiles) != len(FACES) or tiles.shape[1] != tiles.shape[2] or tiles.shape[1] < 2:
         return []
-    faults = turned_faces(EnvironmentMap(layout, tiles))
-    notes = [
-        f"{name}: {fault}, it seems: so its edges would meet (steps of {fault.after:.2g} times those inside, not "
-        f"{fault.before:.2g})" + ('; say orientation = "opengl" or "inside"' if len(fault.faces) == 6 else "")
-        for fault in faults
-    ]
+    faults, notes = turned_faces(EnvironmentMap(CUBE, tiles)), []
+    for fault in faults:
+        name = names[FACES.index(fault.faces[0])]
+        other = "inside" if orientation == "opengl" else "opengl"
+        mend = f'; orientation = "{other}" mends it' if len(fault.faces) == len(FACES) else ""
+        notes.append(
+            f"{name}: it seems that {fault}: the steps across the edges are {fault.before:.2g} times those inside, and "
+            f"would be {fault.after:.2g}{mend}"
+        )
     if not faults and (apart := float(np.mean(list(edge_steps(tiles).values())))) > SCATTERED:
         notes.append(
-            f"{name}: the edges of its faces do not meet (steps of {apart:.2g} times those inside); is it a cube?"
+            f"{names[0]}: the edges of its faces do not meet (steps of {apart:.2g} times those inside); is it a cube?"
         )
     return notes
 
 
 def of_several(pictures: Sequence[Picture], layout: str, orientation: str) -> EnvironmentMap:
+    """The cube of six pictures, or the hemicube of five."""
     if layout == "hemicube" or (layout == "auto" and len(pictures) == 5 and _are_halves(pictures)):
         return _of_five(pictures, orientation)
     if layout not in ("auto", "cube", "faces"):
@@ -149,24 +153,16 @@ def of_several(pictures: Sequence[Picture], layout: str, orientation: str) -> En
             notes.append(f"{names[0]} and others: put in order by their names")
         pictures = ordered
     _require_alike(pictures)
-    faces = np.stack([picture.pixels for picture in pictures])
     if style is WORDS and layout != "faces":
-        environment = _of_words(faces, orientation, pictures[0].name)
-    else:
-        environment = _checked(CUBE, faces, orientation, pictures[0].name)
+        # The orientation says where the front is.
+        if orientation == "auto":
+            orientation = "inside"
+            notes.append(_front_note(pictures[0].name))
+        if orientation == "inside":
+            pictures = [*pictures[:4], pictures[5], pictures[4]]
+    faces = np.stack([picture.pixels for picture in pictures])
+    environment = _checked(CUBE, faces, orientation, [picture.name for picture in pictures])
     return replace(environment, notes=(*notes, *environment.notes))
-
-
-def _of_words(faces: F32, orientation: str, name: str) -> EnvironmentMap:
-    """Faces right, left, top, bottom, front, back: the orientation says where the front is."""
-    notes = []
-    if orientation == "auto":
-        orientation = "inside"
-        notes.append(_front_note(name))
-    if orientation == "inside":
-        faces = faces[[0, 1, 2, 3, 5, 4]]
-    tiles = oriented(CUBE, faces, orientation)
-    return EnvironmentMap(CUBE, tiles, notes=(*notes, *_fault_notes(CUBE, tiles, name)))
 
 
 def _require_alike(pictures: Sequence[Picture]) -> None:
@@ -203,5 +199,5 @@ def _of_five(pictures: Sequence[Picture], orientation: str) -> EnvironmentMap:
         if face != "top" and height == n:
             notes.append(f"{picture.name}: of side {face} the upper half is used")
         parts.append(picture.pixels if face == "top" else picture.pixels[: n // 2])
-    environment = _checked(HEMICUBE, tiles_of(HEMICUBE, [*parts[1:], parts[0]]), orientation, pictures[0].name)
+    environment = _checked(HEMICUBE, tiles_of(HEMICUBE, [*parts[1:], parts[0]]), orientation, [pictures[0].name])
     return replace(environment, notes=(*notes, *environment.notes))
