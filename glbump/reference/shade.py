@@ -218,6 +218,8 @@ class _Shader:
             nearest[hit.ray] = np.minimum(nearest[hit.ray], hit.t)
         for index, hit in enumerate(hits):
             front = np.flatnonzero(hit.t <= nearest[hit.ray])
+            if not front.size:
+                continue
             at = Place(hit.ray[front], (height, width))
             out[at.ray, :3] = self._surface(index, hit, front, origins[at.ray], dirs[at.ray], at)
             out[at.ray, 3] = 1.0
