@@ -80,7 +80,8 @@ class Arcs(NamedTuple):
     """Arcs eastwards.
 
     edge: whose part an arc is; sign: -1 where that edge runs westwards; x0 < x1: longitudes of the ends from column 0's
-    west edge on, in columns; half0, half1: latitudes of the ends; a, b, c: normal of the plane, its vertical part last.
+    west edge on, in columns; half0, half1: latitudes of the ends; a, b, c: normal of the plane, its vertical part last,
+    0 where a pole is on the arc; bent: whether the arc has its point nearest a pole between its ends.
     """
 
     edge: Index
@@ -92,6 +93,7 @@ class Arcs(NamedTuple):
     a: F64
     b: F64
     c: F64
+    bent: npt.NDArray[np.bool_]
 
 
 class Pieces(NamedTuple):
@@ -124,10 +126,7 @@ def under(width: F64, half0: F64, half1: F64) -> F64:
 
 def _at_tops(arcs: Arcs, cells: Cells) -> Arcs:
     """The arcs cut at their points nearest a pole, so that each rises or falls throughout."""
-    # d z / d lambda has the sign of b cos(lambda) - a sin(lambda), reversed.
-    angle0, angle1 = (cells.west + cells.step * x for x in (arcs.x0, arcs.x1))
-    slope0, slope1 = (arcs.b * np.cos(angle) - arcs.a * np.sin(angle) for angle in (angle0, angle1))
-    at = np.flatnonzero((slope0 * slope1 < 0) & (arcs.c > 0))
+    at = np.flatnonzero(arcs.bent)
     if not len(at):
         return arcs
     west = Arcs(*(part[at] for part in arcs))
@@ -162,6 +161,24 @@ def _ends(starts: F64, last: Index, ends: F64) -> F64:
 def pieces(arcs: Arcs, cells: Cells) -> Pieces:
     """The arcs cut where they pass from texel to texel."""
     arcs = _at_tops(arcs, cells)
+    arc, column, row, width, area = _by_rows(arcs, _by_columns(arcs, cells), cells)
+    below = (cells.z[row] * width - area) / cells.thickness[row]
+    sign = arcs.sign[arc]
+    return Pieces(arcs.edge[arc], column, row, width * sign, below * sign)
+
+
+class _Spans(NamedTuple):
+    """Parts of arcs within one column each: whose, which, and the ends as in Arcs."""
+
+    arc: Index
+    column: Index
+    x0: F64
+    x1: F64
+    half0: F64
+    half1: F64
+
+
+def _by_columns(arcs: Arcs, cells: Cells) -> _Spans:
     first = np.floor(arcs.x0).astype(np.intp)
     arc, nth, last = _parts(np.floor(arcs.x1).astype(np.intp) - first + 1)
     column = first[arc] + nth
@@ -169,28 +186,25 @@ def pieces(arcs: Arcs, cells: Cells) -> Pieces:
     cut = np.flatnonzero(nth)
     x[cut] = column[cut]
     half[cut] = _on_meridians(arcs, arc[cut], column[cut], cells)
-    x_end, half_end = _ends(x, last, arcs.x1), _ends(half, last, arcs.half1)
+    return _Spans(arc, column, x, _ends(x, last, arcs.x1), half, _ends(half, last, arcs.half1))
 
-    row, steps = cells.row(half), cells.row(half_end)
-    steps -= row
-    if steps.any():
-        piece, nth, last = _parts(np.abs(steps) + 1)
-        arc, column, x_from, x_to = arc[piece], column[piece], x[piece], x_end[piece]
-        down = np.sign(steps)[piece]
-        row = row[piece] + down * nth
-        cut = np.flatnonzero(nth)
-        x_all, half_all = x_from.copy(), half[piece]
-        # The edge just crossed: on the way down the row's upper one.
-        edge = row[cut] + (down[cut] < 0)
-        crossing = _on_parallels(arcs, arc[cut], edge, down[cut], x_from[cut], cells)
-        x_all[cut] = np.clip(crossing, x_from[cut], x_to[cut])
-        half_all[cut] = cells.half[edge]
-        x_end, half_end = _ends(x_all, last, x_end), _ends(half_all, last, half_end)
-        x, half = x_all, half_all
-    width = cells.step * (x_end - x)
-    below = (cells.z[row] * width - under(width, half, half_end)) / cells.thickness[row]
-    sign = arcs.sign[arc]
-    return Pieces(arcs.edge[arc], column, row, width * sign, below * sign)
+
+def _by_rows(arcs: Arcs, spans: _Spans, cells: Cells) -> tuple[Index, Index, Index, F64, F64]:
+    """Of the spans' parts within one row each: arc, column, row, width and area as in `under`."""
+    top = cells.row(spans.half0)
+    steps = cells.row(spans.half1) - top
+    span, nth, last = _parts(np.abs(steps) + 1)
+    arc, column, x, half = (part[span] for part in (spans.arc, spans.column, spans.x0, spans.half0))
+    down = np.sign(steps)[span]
+    row = top[span] + down * nth
+    cut = np.flatnonzero(nth)
+    # The edge just crossed: on the way down the row's upper one.
+    edge = row[cut] + (down[cut] < 0)
+    crossing = _on_parallels(arcs, arc[cut], edge, down[cut], x[cut], cells)
+    x[cut] = np.clip(crossing, x[cut], spans.x1[span[cut]])
+    half[cut] = cells.half[edge]
+    width = cells.step * (_ends(x, last, spans.x1) - x)
+    return arc, column, row, width, under(width, half, _ends(half, last, spans.half1))
 
 
 def _on_meridians(arcs: Arcs, arc: Index, column: Index, cells: Cells) -> F64:
@@ -198,7 +212,9 @@ def _on_meridians(arcs: Arcs, arc: Index, column: Index, cells: Cells) -> F64:
     cosine, sine = cells.meridians
     k, c = column % cells.columns, arcs.c[arc]
     level = arcs.a[arc] * cosine[k] + arcs.b[arc] * sine[k]
-    return -level / np.maximum(np.hypot(level, c) + c, 1e-300)
+    # An arc through a pole lies there on all meridians but those of its ends.
+    level = np.where(c > 0, level, -(arcs.half0 + arcs.half1)[arc])
+    return -level / (np.hypot(level, c) + c)
 
 
 def _on_parallels(arcs: Arcs, arc: Index, edge: Index, down: Index, near: F64, cells: Cells) -> F64:

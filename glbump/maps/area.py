@@ -7,9 +7,8 @@ gaps (glbump.maps.overlap). So total radiance is kept to the rounding of float32
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from threading import Lock
 from typing import TypeVar
 
 import numpy as np
@@ -17,23 +16,33 @@ import numpy.typing as npt
 
 from glbump.maps.arcs import Cells
 from glbump.maps.layout import LATLONG, completed, texel_dirs
-from glbump.maps.overlap import BLOCK, Block, Grid, Where
+from glbump.maps.overlap import BLOCK, Block, Grid, Place
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
 
 VANISHED = 1e-9
 """Cells below this share of the mean solid angle, at the rim of a disc, show nothing of their own."""
 
 
-T = TypeVar("T")
+Part = TypeVar("Part")
+Result = TypeVar("Result")
+
+MOST_THREADS = 4
+"""More would wait for one another, and each needs some 10 MB."""
 
 
-def each(work: Callable[[T], None], parts: Iterable[T]) -> None:
-    """work(part) for all parts, on all processors that this process may use; NumPy lets threads run side by side."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for _ in pool.map(work, parts):
-            pass
+def each(work: Callable[[Part], Result], parts: Iterable[Part]) -> Iterator[Result]:
+    """work(part) of all parts, in their order, on several processors: NumPy lets threads run side by side."""
+    with ThreadPoolExecutor(min(os.cpu_count() or 1, MOST_THREADS)) as pool:
+        yield from pool.map(work, parts)
+
+
+def do_each(work: Callable[[Part], None], parts: Iterable[Part]) -> None:
+    """work(part) for all parts, on several processors."""
+    for _ in each(work, parts):
+        pass
 
 
 def solid_angles(grid: Grid) -> F64:
@@ -45,11 +54,13 @@ def solid_angles(grid: Grid) -> F64:
             result[..., [0, -1]] *= 0.5
         return result
 
-    def work(where: Where) -> None:
-        block = Block(grid, where)
-        result[where] = block.solid_angles
+    def work(place: Place) -> None:
+        tiles, rows, columns = place
+        block = Block(grid, tiles[0][0], rows, columns)
+        for tile, _ in tiles:
+            result[tile, rows, columns] = block.solid_angles
 
-    each(work, grid.places())
+    do_each(work, grid.places())
     return result
 
 
@@ -69,22 +80,23 @@ def from_latlong(pixels: F32, source: Grid, target: Grid) -> F32:
     cells = source.cells
     once = _once(pixels, cells)
     result = np.empty((*target.shape, pixels.shape[-1]), np.float32)
-    areas = np.empty(target.shape, np.float32)
-    least = VANISHED * 4 * np.pi / areas.size
+    shown = np.empty(target.shape, bool)
+    least = VANISHED * 4 * np.pi / shown.size
 
-    def work(where: Where) -> None:
-        block = Block(target, where)
-        light, area = block.over(cells).gathered(once), block.solid_angles
-        shown = area > least
-        result[where] = np.where(shown[..., None], light / np.where(shown, area, 1.0)[..., None], 0.0)
-        areas[where] = np.where(shown, area, 0.0)
+    def work(place: Place) -> None:
+        tiles, rows, columns = place
+        block = Block(target, tiles[0][0], rows, columns)
+        overlap, area = block.over(cells), block.solid_angles
+        for tile, quarters in tiles:
+            light = overlap.gathered(once, quarters)
+            result[tile, rows, columns] = light / np.where(area > least, area, np.inf)[..., None]
+            shown[tile, rows, columns] = area > least
 
-    each(work, target.places())
+    do_each(work, target.places(cells.columns))
     if target.scale != (1.0, 1.0):
-        weld(result, areas, target)
+        weld(result, solid_angles(target), target)
     if target.layout.disc:
-        filled = completed(target.layout, result)
-        np.copyto(result, filled, where=(areas == 0)[..., None])
+        np.copyto(result, completed(target.layout, result), where=~shown[..., None])
     return result
 
 
@@ -95,16 +107,19 @@ def to_latlong(pixels: F32, source: Grid, target: Grid, below: tuple[float, ...]
     """
     cells = target.cells
     light = np.zeros((cells.rows, cells.columns, pixels.shape[-1]), np.float32)
-    lock = Lock()
 
-    def work(where: Where) -> None:
-        block = Block(source, where)
-        overlap = block.over(cells)
-        held = overlap.spread(pixels[where])
-        with lock:
-            light[overlap.rows, overlap.columns] += held
+    def work(place: Place) -> list[tuple[slice, Index, F64]]:
+        tiles, rows, columns = place
+        overlap = Block(source, tiles[0][0], rows, columns).over(cells)
+        return [
+            (overlap.rows, overlap.columns(quarters), overlap.spread(pixels[tile, rows, columns]))
+            for tile, quarters in tiles
+        ]
 
-    each(work, source.places())
+    # In order, so that the same call gives the same bits.
+    for held in each(work, source.places(cells.columns)):
+        for rows, columns, part in held:
+            light[rows, columns] += part
     if not source.layout.whole:
         if below is None:
             light += light[::-1]
@@ -117,7 +132,7 @@ def to_latlong(pixels: F32, source: Grid, target: Grid, below: tuple[float, ...]
 
 def _on_poles_and_seam(pixels: F32, grid: Grid) -> F32:
     """A picture on lat-long cells as samples of `grid`: those on a pole are one, and so are the two ends of a row."""
-    if grid.scale[1] != 1.0:
+    if grid.scale[1] < 1.0:
         for row in (0, -1):
             pixels[row] = pixels[row].mean(axis=0, dtype=np.float64)
     return pixels if grid.size[0] == grid.cells.columns else np.concatenate([pixels, pixels[:, :1]], axis=1)
@@ -178,7 +193,7 @@ def latlong_to_latlong(pixels: F32, source: Grid, target: Grid) -> F32:
         rows = slice(first, min(first + band, new.rows))
         result[rows] = around.means(down.means(once, 0, rows), 1, slice(0, new.columns))
 
-    each(work, range(0, new.rows, band))
+    do_each(work, range(0, new.rows, band))
     return _on_poles_and_seam(result, target)
 
 
@@ -209,6 +224,13 @@ def area_means(pixels: F32, source: Grid, target: Grid, below: tuple[float, ...]
     Exact from and to lat-long, and within a layout at whole ratios. Between two others it is exact in energy, by way of
     a lat-long picture at least twice as fine as both, so that light strays by half a texel at most.
     """
+    means = _means(pixels, source, target, below)
+    # A mean is no less than the least and no more than the most; a sum with rounding may be, next to a sun.
+    values = (pixels.min(), pixels.max(), *(below or ()))
+    return np.clip(means, min(values), max(values), out=means)
+
+
+def _means(pixels: F32, source: Grid, target: Grid, below: tuple[float, ...] | None) -> F32:
     if nested(source, target) and source.layout is not LATLONG:
         return within_layout(pixels, source, target)
     if source.layout is LATLONG and target.layout is LATLONG:

@@ -9,16 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError, unknown
-from glbump.maps.area import area_means, each, solid_angles, weld
+from glbump.maps.area import area_means, do_each, solid_angles, weld
 from glbump.maps.layout import LATLONG, EnvironmentMap, Layout, completed, sample
-from glbump.maps.overlap import Grid, Where
+from glbump.maps.overlap import Grid, Place
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 Filter = Literal["area", "bilinear"]
 Colour = tuple[float, float, float]
 
-FILTERS = ("area", "bilinear")
+FILTERS: tuple[Filter, ...] = ("area", "bilinear")
 
 
 def convert(
@@ -44,8 +44,7 @@ def convert(
         filter = "area" if texels_per_steradian(source) > texels_per_steradian(target) else "bilinear"
     elif filter not in FILTERS:
         raise ImageError(unknown("filter", filter, FILTERS))
-    if not np.isfinite(environment.pixels.sum(dtype=np.float64)):
-        _require_finite(environment.pixels)
+    _require_finite(environment.pixels)
     if clamp is not None:
         environment = clamped(environment, clamp)
     if filter == "area":
@@ -61,8 +60,8 @@ def texels_per_steradian(grid: Grid) -> float:
 
 
 def _require_finite(pixels: F32) -> None:
-    bad = ~np.isfinite(pixels)
-    if bad.any():
+    if not np.isfinite([pixels.min(), pixels.max()]).all():
+        bad = ~np.isfinite(pixels)
         tile, row, column, channel = np.argwhere(bad)[0]
         value = pixels[tile, row, column, channel]
         raise ImageError(
@@ -77,14 +76,16 @@ def bilinear(environment: EnvironmentMap, target: Grid, below: Colour | None = N
     # Once, before threads ask for it.
     assert environment.padded is not None
 
-    def work(where: Where) -> None:
-        dirs = target.centres(where)
-        values = sample(environment, dirs)
-        if below is not None and not environment.layout.whole:
-            values[dirs[..., 1] < 0] = below
-        result[where] = values
+    def work(place: Place) -> None:
+        tiles, rows, columns = place
+        for tile, _ in tiles:
+            dirs = target.centres(tile, rows, columns)
+            values = sample(environment, dirs)
+            if below is not None and not environment.layout.whole:
+                values[dirs[..., 1] < 0] = below
+            result[tile, rows, columns] = values
 
-    each(work, target.places())
+    do_each(work, target.places())
     if target.scale != (1.0, 1.0):
         weld(result, np.ones(target.shape), target)
     return completed(target.layout, result)
@@ -114,7 +115,7 @@ class Ledger:
     """Where an environment's light went; arrays are (3,) float64: radiance over directions.
 
     before, after: in all. clamped: what a clamp removed. left_out: what lay below the horizon, where the new layout
-    shows the upper half alone. filled: what lies below it, where the old one did. largest_before, largest_after: values.
+    shows the upper half alone. filled: what lies below it, where the old one did. largest_before, largest_after: value.
     """
 
     before: F64

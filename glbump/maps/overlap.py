@@ -21,10 +21,13 @@ from glbump.maps.layout import EnvironmentMap, Layout, Pair, on_border
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
-Where = tuple[int, slice, slice]
+Place = tuple[list[tuple[int, int]], slice, slice]
 
 BLOCK = 64
 """Texels along the sides of the blocks that are worked on at a time: small, so that their arrays stay in the cache."""
+
+ROUNDING = 1e-12
+"""Nearer to a pole than this is on it."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,33 @@ class Grid:
         west = 2 * np.pi * (-self.offset[0] / self.scale[0] - 0.5)
         return Cells(columns, height, west, self.scale[1], self.offset[1])
 
-    def places(self) -> Iterator[Where]:
-        """Of all blocks of cells the tile, the rows and the columns."""
+    def places(self, columns: int = 4) -> Iterator[Place]:
+        """All blocks of cells: of each the tiles that have its like, the rows and the columns.
+
+        Tiles are alike that are one another turned about +Y by quarters, where `columns` of a lat-long picture are
+        too: what a block shares with that picture need be found for the first of them only.
+        """
         tiles, height, width = self.shape
-        rows, columns = ([slice(i, min(i + BLOCK, n)) for i in range(0, n, BLOCK)] for n in (height, width))
-        return ((tile, r, c) for tile in range(tiles) for r in rows for c in columns)
+        down, right = ([slice(i, min(i + BLOCK, n)) for i in range(0, n, BLOCK)] for n in (height, width))
+        groups = [[(tile, 0)] for tile in range(tiles)] if columns % 4 else self._turned
+        return ((group, rows, columns) for group in groups for rows in down for columns in right)
+
+    @cached_property
+    def _turned(self) -> list[list[tuple[int, int]]]:
+        """Groups of tiles and their eastward quarter turns from the first tile of the group."""
+        probe = self._probe([0.1, 0.7], [0.2, 0.9])
+        groups: list[list[tuple[int, int]]] = []
+        for tile, dirs in enumerate(probe):
+            x, y, z = np.moveaxis(dirs, -1, 0)
+            turns = [np.stack(turn, axis=-1) for turn in ((x, y, z), (z, y, -x), (-x, y, -z), (-z, y, x))]
+            for group in groups:
+                quarters = [q for q in range(4) if np.allclose(turns[q], probe[group[0][0]], rtol=0, atol=1e-12)]
+                if quarters:
+                    group.append((tile, quarters[0]))
+                    break
+            else:
+                groups.append([(tile, 0)])
+        return groups
 
     def corners(self, axis: int, first: int, last: int) -> F64:
         """s (axis 0) or t (axis 1) of the edges of texels first..last, with the points between by `parts`."""
@@ -103,34 +128,38 @@ class Grid:
         dirs[np.abs(dirs) < 1e-7] = 0.0
         return dirs
 
-    def centres(self, where: Where) -> F64:
+    def centres(self, tile: int, rows: slice, columns: slice) -> F64:
         """(h, w, 3) unit directions of the samples of some texels."""
-        tile, rows, columns = where
         s = ((np.arange(columns.start, columns.stop) + 0.5) / self.size[0] - self.offset[0]) / self.scale[0]
         t = ((np.arange(rows.start, rows.stop) + 0.5) / self.size[1] - self.offset[1]) / self.scale[1]
         return self.layout.dir(tile, s[None, :], t[:, None])
 
-    def handedness(self, tile: int) -> float:
-        """1 where s, t turn counter-clockwise seen from inside, with Y up; -1 where they turn clockwise."""
-        middle, right, below = self.layout.dir(tile, np.array([0.5, 0.6, 0.5]), np.array([0.5, 0.5, 0.6]))
-        return float(-np.sign(np.cross(right - middle, below - middle) @ middle))
+    def _probe(self, s: list[float], t: list[float]) -> F64:
+        """(tiles, len(s), 3) directions of the same places on all tiles."""
+        tile = np.arange(self.layout.tiles)[:, None] + np.zeros(len(s), np.intp)
+        return self.layout.dir(tile, np.array(s) + 0.0 * tile, np.array(t) + 0.0 * tile)
+
+    @cached_property
+    def hands(self) -> F64:
+        """(tiles,) 1 where the turn from s to t is the one from longitude to latitude, else -1."""
+        return -np.sign(np.linalg.det(self._probe([0.5, 0.6, 0.5], [0.5, 0.5, 0.6])))
 
 
 class Block:
     """Neighbouring texels of a tile: their solid angles, and what their edges cross.
 
-    A cell's light is the sum over its edges (`around`), rows' edges first, then columns'. Of the cell that
-    holds the south pole that is less than nothing, by all the light: its edge runs the other way round the axis.
+    A cell's light is the sum over its edges (`around`), rows' edges first, then columns', and `south` times all the
+    light there is. north: which cells' sums are right only where light is counted from the north pole on.
     """
 
-    def __init__(self, grid: Grid, where: Where) -> None:
-        tile, rows, columns = where
+    def __init__(self, grid: Grid, tile: int, rows: slice, columns: slice) -> None:
         self._shape = (rows.stop - rows.start, columns.stop - columns.start)
-        self._hand = grid.handedness(tile)
+        self._hand = grid.hands[tile]
         s, t = grid.corners(0, columns.start, columns.stop), grid.corners(1, rows.start, rows.stop)
         y, z, x = grid.dirs(tile, s, t).reshape(-1, 3).T
-        self._x, self._y, self._z = -x, y, z
-        across = np.hypot(self._x, self._y)
+        across = np.hypot(x, y)
+        across[across < ROUNDING] = 0.0
+        self._x, self._y, self._z = np.where(across > 0, -x, 0.0), np.where(across > 0, y, 0.0), z
         # Any longitude serves for a pole: an arc from there runs along it.
         longitude = np.arctan2(self._y, self._x)
         reference = longitude[len(longitude) // 2]
@@ -143,9 +172,13 @@ class Block:
         self._start, self._end, self._edge = self._start[some], self._end[some], self._edge[some]
         self._turn = turn[some]
         winding = np.rint(self.around(self.sums(self._edge, self._turn)) / (2 * np.pi))
-        self.north, self.south = winding > 0, winding < 0
-        area = under(self._turn, self._half[self._start], self._half[self._end])
-        self.solid_angles = 2 * np.pi * np.abs(winding) - self.around(self.sums(self._edge, area))
+        area = 2 * np.pi * winding - self.around(
+            self.sums(self._edge, under(self._turn, self._half[self._start], self._half[self._end]))
+        )
+        # Round the south pole, and where a half turn at it was taken for the other one, all the light is too little.
+        self.south = -np.floor((area + 1e-6) / (4 * np.pi))
+        self.north = winding + self.south != 0
+        self.solid_angles = area + 4 * np.pi * self.south
 
     def _arcs(self, k: int) -> tuple[Index, Index, Index]:
         """First point, last point and edge of all arcs, k to an edge."""
@@ -180,17 +213,13 @@ class Block:
         start, end = np.where(eastwards, self._start, self._end), np.where(eastwards, self._end, self._start)
         (ax, ay, az), (bx, by, bz) = ((self._x[i], self._y[i], self._z[i]) for i in (start, end))
         x0 = (self._longitude[start] - cells.west) / cells.step
-        arcs = Arcs(
-            self._edge,
-            np.where(eastwards, 1.0, -1.0),
-            x0,
-            x0 + np.abs(self._turn) / cells.step,
-            self._half[start],
-            self._half[end],
-            ay * bz - az * by,
-            az * bx - ax * bz,
-            np.abs(ax * by - ay * bx),
-        )
+        a, b, c = ay * bz - az * by, az * bx - ax * bz, np.abs(ax * by - ay * bx)
+        c[c < ROUNDING * np.hypot(a, b)] = 0.0
+        # dz / d(lambda) has the sign of a sin(lambda) - b cos(lambda).
+        bent = ((a * ay - b * ax) * (a * by - b * bx) < 0) & (c > 0)
+        x1 = x0 + np.abs(self._turn) / cells.step
+        sign = np.where(eastwards, 1.0, -1.0)
+        arcs = Arcs(self._edge, sign, x0, x1, self._half[start], self._half[end], a, b, c, bent)
         return Overlap(self, cells, pieces(arcs, cells))
 
 
@@ -208,14 +237,19 @@ class Overlap:
         top, bottom = (int(parts.row.min()), int(parts.row.max())) if len(parts.row) else (0, 0)
         self._count = n if south else min(last - first + 1, n)
         self.rows = slice(0 if block.north.any() else top, cells.rows if south else bottom + 1)
-        self.columns = np.arange(first, first + self._count) % n
+        self._first = first
         self._above = (parts.row - self.rows.start) * self._count + (parts.column - first) % n
         self._thickness = cells.thickness[self.rows][:, None]
 
-    def gathered(self, pixels: F32) -> F64:
+    def columns(self, quarters: int) -> Index:
+        """The columns that the block reaches when it is turned eastwards."""
+        n = self._cells.columns
+        return (self._first + quarters * n // 4 + np.arange(self._count)) % n
+
+    def gathered(self, pixels: F32, quarters: int) -> F64:
         """(h, w, C) light, in radiance times steradians, that the block's cells hold of `pixels` (rows, columns, C)."""
         parts, block = self._parts, self._block
-        source = pixels[self.rows].take(self.columns, axis=1)
+        source = pixels[self.rows].take(self.columns(quarters), axis=1)
         north = np.zeros((len(source) + 1, self._count))
         result = np.empty((*block.south.shape, source.shape[2]))
         for channel in range(source.shape[2]):
@@ -237,6 +271,6 @@ class Overlap:
             north = np.bincount(self._above, value * parts.width - below, (rows + 1) * self._count)
             north += np.bincount(self._above + self._count, below, (rows + 1) * self._count)
             north = north.reshape(rows + 1, self._count)
-            north[-1] += one[block.south].sum() * self._cells.step
+            north[-1] += (one * block.south).sum() * self._cells.step
             result[..., channel] = self._thickness * np.cumsum(north[:0:-1], axis=0)[::-1]
         return result
