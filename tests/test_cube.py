@@ -41,7 +41,7 @@ def axis(name: str) -> Any:
 
 
 def picture(pixels: Any, envmap: str | None = None, name: str = "test.png") -> Any:
-    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name=name)
+    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name=name, clear=None)
 
 
 def directions(count: int, seed: int = 7) -> Any:

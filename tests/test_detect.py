@@ -27,7 +27,7 @@ def radiance(dirs: Any) -> Any:
 
 
 def picture(pixels: Any, envmap: str | None = None) -> Any:
-    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name="test.png")
+    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name="test.png", clear=None)
 
 
 def drawn(name: str, size: int = 32) -> Any:

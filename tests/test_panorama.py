@@ -28,7 +28,7 @@ AXES = {
 
 
 def picture(pixels: Any, envmap: str | None = None) -> Any:
-    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name="test.exr")
+    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name="test.exr", clear=None)
 
 
 def shipped(name: str) -> Any:

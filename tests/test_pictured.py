@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from glbump.contents import Contents
 from glbump.environment import CubeMap, HemiCube, LatLong
 from glbump.errors import ImageError
-from glbump.maps.images import read_colour, write_picture
+from glbump.maps.images import read_colour, read_environment, write_picture
 from glbump.maps.layout import CUBE, HEMICUBE, LATLONG, LAYOUTS, EnvironmentMap, completed, inside, sample, texel_dirs
 from glbump.maps.pictured import environment_of, picture_of
 from glbump.maps.unfolding import UNFOLDINGS, oriented
@@ -31,7 +32,7 @@ def radiance(dirs: Any) -> Any:
 
 
 def picture(pixels: Any, name: str = "test.exr", envmap: str | None = None) -> Any:
-    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name=name)
+    return SimpleNamespace(pixels=np.asarray(pixels, np.float32), envmap=envmap, name=name, clear=None)
 
 
 def steps(count: int, low: float = -1, high: float = 1) -> Any:
@@ -431,6 +432,55 @@ def test_the_corners_of_a_disc_are_filled() -> None:
     """So that what is black there is nowhere mixed in."""
     for layout in ("equidistant", "angular", "dual-paraboloid"):
         assert environment_of(picture(WHOLE_PICTURES[layout]("")), layout).pixels.min() > 0
+
+
+# ------------------------------------------------------------ transparent pixels
+
+
+def saved(path: Path, pixels: Any, alpha: Any) -> Any:
+    """Light and alpha as an 8-bit PNG, read again."""
+    light = np.clip(np.asarray(pixels) / 3, 0, 1)
+    Image.fromarray(np.round(np.dstack([light, alpha]) * 255).astype(np.uint8)).save(path)
+    return read_environment(path)
+
+
+def test_crosses_may_be_transparent_where_they_hold_nothing(tmp_path: Path) -> None:
+    cross = hcross("inside")
+    alpha = (cross[..., 0] > 0).astype(float)
+    coloured = np.where(alpha[..., None] > 0, cross, np.random.default_rng(3).uniform(size=cross.shape) * 3)
+    got = environment_of(saved(tmp_path / "a.png", coloured, alpha))
+    assert np.array_equal(got.pixels, environment_of(saved(tmp_path / "b.png", cross, 1 + 0 * alpha), "hcross").pixels)
+    assert not any("corners" in note or "taken as hcross" in note for note in got.notes)
+    alpha[N + 3, 5] = 0.5
+    with pytest.raises(ImageError, match=rf"opaque; 1 of {12 * N * N} pixels \(first at row {N + 3}, column 5\)"):
+        environment_of(saved(tmp_path / "a.png", cross, alpha))
+
+
+@pytest.mark.parametrize("layout", ["angular", "dual-paraboloid"])
+def test_discs_may_be_cut_out(layout: str, tmp_path: Path) -> None:
+    """The rim is half transparent, as programs cut."""
+    pixels = WHOLE_PICTURES[layout]("")
+    n = pixels.shape[0]
+    c = np.arange(n) + 0.5 - n / 2
+    alpha = np.clip(n / 2 - np.hypot(c[:, None], c), 0, 1)
+    alpha = np.tile(alpha, (1, pixels.shape[1] // n))
+    assert environment_of(saved(tmp_path / "a.png", pixels, alpha)).layout.name == layout
+    alpha[n // 2, n // 3] = 0
+    with pytest.raises(ImageError, match="opaque; 1 of"):
+        environment_of(saved(tmp_path / "a.png", pixels, alpha), layout)
+
+
+def test_all_other_pictures_must_be_opaque(tmp_path: Path) -> None:
+    alpha = np.ones((2 * N, 4 * N))
+    opaque = saved(tmp_path / "a.png", latlong(""), alpha)
+    assert opaque.clear is None
+    alpha[0, 0] = 0
+    clear = saved(tmp_path / "a.png", latlong(""), alpha)
+    with pytest.raises(ImageError, match="opaque"):
+        environment_of(clear)
+    face = saved(tmp_path / "a.png", latlong("")[:N, :N], alpha[:N, :N])
+    with pytest.raises(ImageError, match="opaque"):
+        environment_of([face] * 6)
 
 
 # ------------------------------------------------------------ scenes

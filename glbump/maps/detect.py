@@ -75,8 +75,7 @@ def candidate(layout: str, width: int, height: int) -> Unfolding | None:
 
 def holes_are_empty(unfolding: Unfolding, pixels: F32) -> bool:
     """Whether the cells without a face hold nothing."""
-    n = pixels.shape[0] // unfolding.rows
-    holes = unfolding.holes().repeat(n, axis=0).repeat(n, axis=1)
+    holes = unfolding.holes(pixels.shape[0] // unfolding.rows)
     return bool(holes.any()) and _is_empty(pixels, holes, ~holes)
 
 
@@ -90,7 +89,7 @@ def _is_empty(pixels: F32, where: npt.NDArray[np.bool_], other: npt.NDArray[np.b
     return most > 0 and float(np.quantile(np.abs(there - middle), 0.95)) <= most
 
 
-def _radius(n: int) -> npt.NDArray[np.float64]:
+def radius(n: int) -> npt.NDArray[np.float64]:
     """(n, n) of each texel's centre from the middle; 1 at the rim of the disc."""
     c = 2 * (np.arange(n) + 0.5) / n - 1
     result: npt.NDArray[np.float64] = np.hypot(c[:, None], c[None, :])
@@ -100,7 +99,7 @@ def _radius(n: int) -> npt.NDArray[np.float64]:
 def is_disc(pixels: F32) -> bool:
     """Whether all of a square picture (N, N, C) outside the disc in it is empty."""
     n = pixels.shape[0]
-    r = _radius(n)
+    r = radius(n)
     # Texels that the rim may cut count on neither side.
     return _is_empty(pixels, r > 1 + 2 / n, r < 1 - 2 / n)
 

@@ -14,6 +14,7 @@ from glbump.maps.continuity import edge_steps, turned_faces
 from glbump.maps.cube import FACES
 from glbump.maps.detect import candidate, holes_are_empty
 from glbump.maps.facefiles import STYLES, WORDS, faces_by_name
+from glbump.maps.images import require_opaque
 from glbump.maps.layout import CUBE, HEMICUBE, EnvironmentMap, Layout, on_border
 from glbump.maps.unfolding import ORIENTATIONS, UNFOLDINGS, VSTRIP, oriented, parts_of, tiles_of
 
@@ -42,6 +43,8 @@ def of_one_cube(picture: Picture, layout: str, orientation: str) -> EnvironmentM
     if unfolding is None or (picture.envmap == "cube" and unfolding is not VSTRIP):
         got = f"{width}x{height}" if pixels.ndim == 3 else f"an array {' x '.join(map(str, pixels.shape))}"
         raise ImageError(f"{name}: {_shapes(layout)}; got {got}; give one of these, or {_files(layout)}")
+    if picture.clear is not None:
+        require_opaque(name, picture.clear & ~unfolding.holes(height // unfolding.rows))
     if picture.envmap == "cube":
         if width < 2:
             raise ImageError(f"{name}: an OpenEXR cube must have faces of at least 2x2 samples; got 1x1")
@@ -52,7 +55,7 @@ def of_one_cube(picture: Picture, layout: str, orientation: str) -> EnvironmentM
     if not unfolding.has_front:
         return _checked(unfolding.layout, unfolding.read(pixels, "opengl"), orientation, [name] * 6)
     notes = []
-    if unfolding.holes().any() and not holes_are_empty(unfolding, pixels):
+    if unfolding.holes(1).any() and not holes_are_empty(unfolding, pixels):
         notes.append(f"{name}: the corners of this {unfolding.name} are not empty; what they hold is not used")
     if orientation == "auto":
         orientation = unfolding.orientation
@@ -136,6 +139,9 @@ def _fault_notes(tiles: F32, orientation: str, names: Sequence[str]) -> list[str
 
 def of_several(pictures: Sequence[Picture], layout: str, orientation: str) -> EnvironmentMap:
     """The cube of six pictures, or the hemicube of five."""
+    for picture in pictures:
+        if picture.clear is not None:
+            require_opaque(picture.name, picture.clear)
     if layout == "hemicube" or (layout == "auto" and len(pictures) == 5 and _are_halves(pictures)):
         return _of_five(pictures, orientation)
     if layout not in ("auto", "cube", "faces"):

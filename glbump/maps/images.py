@@ -12,7 +12,7 @@ What a picture means:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,9 +40,11 @@ __all__ = [
     "Source",
     "linear_from_srgb",
     "read_colour",
+    "read_environment",
     "read_height",
     "read_normals",
     "read_picture",
+    "require_opaque",
     "srgb_from_linear",
     "tone_map",
     "write_atomically",
@@ -65,7 +67,7 @@ class Picture:
     pixels: (H, W, C) float32, contiguous, row 0 on top; linear light for colour, -1..1 for normals.
     bits: of one channel in the source. is_float: whether the source held floats.
     envmap: what the header says it is: "latlong" or "cube" (OpenEXR's), "faces" (a cube map of KTX2 or DDS: a column of
-    six by the OpenGL table) or None. name: for messages.
+    six by the OpenGL table) or None. name: for messages. clear: (H, W) which pixels are not opaque, where some are.
     """
 
     pixels: npt.NDArray[np.float32]
@@ -73,6 +75,7 @@ class Picture:
     is_float: bool
     envmap: str | None
     name: str
+    clear: npt.NDArray[np.bool_] | None = None
 
 
 def read_colour(source: Source) -> Picture:
@@ -83,13 +86,33 @@ def read_colour(source: Source) -> Picture:
     """
     stored = read_stored(source)
     if "A" in stored.channels:
-        _require_opaque(stored)
+        require_opaque(stored.name, _clear(stored))
     return colour_of(stored)
 
 
 def colour_of(stored: Stored) -> Picture:
     """A picture's colours as (H, W, 3) linear light, whatever its alpha."""
     return _picture(stored, _linear(stored, _rgb(stored)))
+
+
+def read_environment(source: Source) -> Picture:
+    """Colour as read_colour has it, but for transparent pixels, which are black and marked: crosses and discs have them
+    where they hold nothing, and the layout decides whether they do."""
+    stored = read_stored(source)
+    picture = colour_of(stored)
+    if "A" not in stored.channels or not (clear := _clear(stored)).any():
+        return picture
+    nothing = stored.pixels[:, :, stored.channels.index("A")] == 0
+    return replace(picture, pixels=np.where(nothing[..., None], np.float32(0), picture.pixels), clear=clear)
+
+
+def require_opaque(name: str, clear: npt.NDArray[np.bool_]) -> None:
+    """ImageError where a pixel (H, W) is not opaque."""
+    if clear.any():
+        raise ImageError(
+            f"{name}: must be opaque; {count_and_first(clear)} have an alpha other than 1; "
+            "flatten it on a background, or save it without alpha"
+        )
 
 
 def read_picture(source: Source) -> Picture:
@@ -187,19 +210,16 @@ def _grey_channel(stored: Stored) -> int:
                 'coloured; say which channel holds the heights: channel = "r", "g", "b" or "a"'
             )
     if "A" in stored.channels:
-        _require_opaque(stored)
+        require_opaque(stored.name, _clear(stored))
     return r
 
 
-def _require_opaque(stored: Stored) -> None:
+def _clear(stored: Stored) -> npt.NDArray[np.bool_]:
+    """(H, W) which pixels are not opaque."""
     alpha = unit_range(stored.pixels[:, :, stored.channels.index("A")], stored)
     # Lossy compression of half floats leaves alpha some thousandths off 1.
-    clear = np.abs(alpha - 1) > (0.005 if stored.is_float else 0)
-    if clear.any():
-        raise ImageError(
-            f"{stored.name}: must be opaque; {count_and_first(clear)} have an alpha other than 1; "
-            "flatten it on a background, or save it without alpha"
-        )
+    result: npt.NDArray[np.bool_] = np.abs(alpha - 1) > (0.005 if stored.is_float else 0)
+    return result
 
 
 def length_error(vectors: npt.NDArray[Any]) -> float:

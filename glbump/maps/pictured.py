@@ -16,6 +16,7 @@ import numpy.typing as npt
 from glbump.errors import ImageError, unknown
 from glbump.maps import detect
 from glbump.maps.faces import of_one_cube, of_several
+from glbump.maps.images import require_opaque
 from glbump.maps.layout import (
     CUBE,
     HEMICUBE,
@@ -106,6 +107,8 @@ def _latlong(picture: Picture) -> EnvironmentMap:
     """
     pixels, name = picture.pixels, picture.name
     height, width = pixels.shape[:2]
+    if picture.clear is not None:
+        require_opaque(name, picture.clear)
     if picture.envmap == "latlong":
         # Some writers make 2N + 1 columns and N + 1 rows, so that steps in u and v are equal.
         if height < 2 or width not in (2 * height, 2 * height - 1):
@@ -141,17 +144,20 @@ def _latlong(picture: Picture) -> EnvironmentMap:
 
 def _plain(picture: Picture, layout: Layout) -> EnvironmentMap:
     """A square picture, or the two discs of a dual paraboloid, side by side or one above the other."""
-    pixels = picture.pixels
-    shape = pixels.shape[:2]
-    if layout is PARABOLOID and shape[1] == 2 * shape[0]:
-        tiles = np.stack(np.split(pixels, 2, axis=1))
-    elif shape[0] == layout.tiles * shape[1]:
-        tiles = pixels.reshape(layout.tiles, shape[1], shape[1], -1)
-    else:
+    shape = picture.pixels.shape[:2]
+    beside = layout is PARABOLOID and shape[1] == 2 * shape[0]
+    if not beside and shape[0] != layout.tiles * shape[1]:
         allowed = "two discs, side by side or one above the other, so 2:1 or 1:2" if layout is PARABOLOID else "square"
         raise ImageError(
             f"{picture.name}: a picture of layout {layout.name} must be {allowed}; got {shape[1]}x{shape[0]}; crop it"
         )
+
+    axis, size = 1 if beside else 0, min(shape)
+    if picture.clear is not None:
+        # What the rim cuts may be half transparent.
+        part = detect.radius(size) < (1 - 2 / size if layout.disc else np.inf)
+        require_opaque(picture.name, picture.clear & np.concatenate([part] * layout.tiles, axis=axis))
+    tiles = np.stack(np.split(picture.pixels, layout.tiles, axis=axis))
     return EnvironmentMap(layout, completed(layout, np.ascontiguousarray(tiles, np.float32)))
 
 

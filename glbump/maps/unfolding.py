@@ -62,12 +62,12 @@ class Unfolding:
         """Whether a picture of this size divides into the cells."""
         return width * self.rows == height * self.columns and width % self.columns == 0
 
-    def holes(self) -> npt.NDArray[np.bool_]:
-        """(rows, columns): the cells that hold no face."""
+    def holes(self, n: int) -> npt.NDArray[np.bool_]:
+        """(rows * n, columns * n): the texels of cells that hold no face, n wide."""
         empty = np.ones((self.rows, self.columns), bool)
         for part in self.parts:
             empty[part.row : part.row + part.rows, part.column : part.column + part.columns] = False
-        return empty
+        return empty.repeat(n, axis=0).repeat(n, axis=1)
 
     def read(self, pixels: npt.NDArray[Any], orientation: str) -> F32:
         """Tiles (tiles, H, W, C) of a picture (rows * n, columns * n, C) in the given reading."""
