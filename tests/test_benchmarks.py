@@ -9,8 +9,20 @@ import moderngl
 import numpy as np
 import pytest
 
-from benchmarks import accuracy, command, first_picture, frame_cost, plain, scenes, soak, timing
+from benchmarks import (
+    accuracy,
+    command,
+    first_picture,
+    frame_cost,
+    kernels,
+    normal_formats,
+    plain,
+    scenes,
+    soak,
+    timing,
+)
 from benchmarks.figures import Section, Table, Target, markdown, write
+from benchmarks.noted import deviation, largest
 from benchmarks.recording import listening
 from glbump.gl.native import Native
 from glbump.meshfile import load_mesh
@@ -44,6 +56,14 @@ def test_sections_become_markdown_and_json(tmp_path: Path) -> None:
     content = json.loads((tmp_path / "benchmarks.json").read_text())
     assert content["machine"] == {"CPUs": 2}
     assert [t["kept"] for t in content["sections"][0]["targets"]] == [True, False]
+
+
+def test_what_was_noted_is_compared_as_it_was_printed() -> None:
+    assert deviation(0.1049, "0.10") == 0  # 0.10 may have been 0.105
+    assert deviation(0.115, "0.10") == pytest.approx(10)
+    assert deviation(1e-5, "0.0") == 0
+    assert deviation(1.0, "0.0") == float("inf")
+    assert not largest("x", [0.0, 5.1]).kept
 
 
 # Timing
@@ -126,7 +146,10 @@ def test_the_cushion_is_a_sound_mesh() -> None:
 # The sections, tiny
 
 
-@pytest.mark.parametrize("section", [accuracy, frame_cost, plain, first_picture, soak], ids=lambda m: m.__name__)
+SECTIONS = [accuracy, frame_cost, plain, first_picture, soak, kernels, normal_formats]
+
+
+@pytest.mark.parametrize("section", SECTIONS, ids=lambda m: m.__name__)
 def test_a_section_measures(section: object) -> None:
     result = section.measure(True)  # type: ignore[attr-defined]
     assert result.tables[0].rows or section is accuracy

@@ -106,15 +106,14 @@ def slope_bspline(coefficients: npt.ArrayLike, uv: npt.ArrayLike) -> F64:
     """(..., 2): the gradient of sum c_ij B(x - i) B(y - j), with B the cubic B-spline and B'(x) the difference of the
     quadratic one half a texel to either side."""
     c, place = np.asarray(coefficients, np.float64), np.asarray(uv, np.float64)
-    slopes = []
-    for axis in (0, 1):
-        per_axis = []
-        for other, count in ((0, c.shape[1]), (1, c.shape[0])):
-            # All texels of this map and of its neighbours: the sum as it stands, nothing left out.
-            x = np.mod(place[..., other], 1.0)[..., None] * count - 0.5 - np.arange(-2 * count - 2, 3 * count + 2)
-            weights = _spline(x, 3) if other != axis else count * (_spline(x + 0.5, 2) - _spline(x - 0.5, 2))
-            index = np.mod(np.arange(-2 * count - 2, 3 * count + 2), count)
-            folded = np.stack([weights[..., index == i].sum(axis=-1) for i in range(count)], axis=-1)
-            per_axis.append(folded)
-        slopes.append(np.einsum("...i,...j,ji->...", per_axis[0], per_axis[1], c))
-    return np.stack(slopes, axis=-1)
+    index, value, rate = [], [], []
+    for axis, count in ((0, c.shape[1]), (1, c.shape[0])):
+        x = place[..., axis, None] * count - 0.5
+        near = np.floor(x) + np.arange(-1, 3)
+        index.append(np.mod(near, count).astype(np.intp))
+        value.append(_spline(x - near, 3))
+        rate.append(count * (_spline(x - near + 0.5, 2) - _spline(x - near - 0.5, 2)))
+    about = c[index[1][..., :, None], index[0][..., None, :]]
+    return np.stack(
+        [np.einsum("...j,...ji,...i->...", v, about, u) for u, v in ((rate[0], value[1]), (value[0], rate[1]))], axis=-1
+    )
