@@ -201,6 +201,13 @@ def edge_steps(faces: F32) -> dict[str, float]:
     return {FACES[a] + FACES[b]: float(step) for (a, _, b, _), step in zip(_edges(), steps, strict=True)}
 
 
+def orientation_steps(faces: F32) -> tuple[float, float]:
+    """The mean of edge_steps, and what it would be were the faces of the other orientation."""
+    sources, symmetries = np.tile(np.arange(6), (2, 1)), np.array([[0] * 6, _MIRRORED])
+    as_is, other = _steps(_line_differences(faces), sources, symmetries).mean(axis=1)
+    return float(as_is), float(other)
+
+
 @cache
 def _edges() -> tuple[tuple[int, int, int, int], ...]:
     """The twelve edges: face and line of _face_lines, and those of the neighbour that run along the same way."""

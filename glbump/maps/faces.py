@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError
-from glbump.maps.continuity import edge_steps, turned_faces
+from glbump.maps.continuity import edge_steps, orientation_steps, turned_faces
 from glbump.maps.cube import FACES
 from glbump.maps.detect import candidate, holes_are_empty
 from glbump.maps.facefiles import STYLES, WORDS, faces_by_name
 from glbump.maps.images import require_opaque
 from glbump.maps.layout import CUBE, HEMICUBE, EnvironmentMap, Layout, on_border
-from glbump.maps.unfolding import ORIENTATIONS, UNFOLDINGS, VSTRIP, oriented, parts_of, tiles_of
+from glbump.maps.unfolding import UNFOLDINGS, VSTRIP, oriented, parts_of, tiles_of
 
 if TYPE_CHECKING:
     from glbump.maps.images import Picture
@@ -107,12 +107,10 @@ def _orientation_by_edges(layout: Layout, tiles: F32) -> tuple[str, str]:
     """The orientation in which the edges meet, and what to say about it."""
     if tiles.shape[2] < 2:
         return "opengl", ""
-    steps = {
-        o: np.mean(list(edge_steps(_whole_cube(layout, oriented(layout, tiles, o))).values())) for o in ORIENTATIONS
-    }
-    if steps["inside"] < CLEAR * steps["opengl"]:
+    opengl, inside = orientation_steps(_whole_cube(layout, tiles))
+    if inside < CLEAR * opengl:
         return "inside", "its faces are as seen from inside, since so their edges meet"
-    if steps["opengl"] > CLEAR * steps["inside"]:
+    if opengl > CLEAR * inside:
         return "opengl", 'the edges of its faces do not tell the orientation; taken as "opengl", or say "inside"'
     return "opengl", ""
 
