@@ -14,6 +14,7 @@ MODULES = {
     "demo": "demo",
     "diff": "diff",
     "doctor": "doctor",
+    "lint": "lint",
     "render": "render",
 }
 
