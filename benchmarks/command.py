@@ -12,7 +12,17 @@ from pathlib import Path
 from benchmarks.figures import Section, markdown, write
 from benchmarks.machine import machine
 
-SECTIONS = ("accuracy", "frame_cost", "plain", "first_picture", "bench_glsltest", "soak", "kernels", "normal_formats")
+SECTIONS = (
+    "accuracy",
+    "frame_cost",
+    "capture",
+    "plain",
+    "first_picture",
+    "bench_glsltest",
+    "soak",
+    "kernels",
+    "normal_formats",
+)
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 INTRO = (
     "Written by `make bench`; do not edit. Times are ratios of things done in turns in one run, as median (lower to "

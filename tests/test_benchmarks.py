@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks import (
     accuracy,
+    capture,
     command,
     first_picture,
     frame_cost,
@@ -146,7 +147,7 @@ def test_the_cushion_is_a_sound_mesh() -> None:
 # The sections, tiny
 
 
-SECTIONS = [accuracy, frame_cost, plain, first_picture, soak, kernels, normal_formats]
+SECTIONS = [accuracy, frame_cost, capture, plain, first_picture, soak, kernels, normal_formats]
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda m: m.__name__)

@@ -13,7 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from benchmarks import capture as benchmark
 from benchmarks.accuracy import LIMITS, exact_error, exact_truth
+from benchmarks.scenes import two_surfaces
 from glbump.camera import Camera, pixel_rays
 from glbump.captures import FACES, cameras, count, rounds, seen_by
 from glbump.contents import Contents
@@ -335,6 +337,15 @@ def test_not_drawn_anew_when_told(renderer: Renderer, counted: list[Scene]) -> N
         assert len(counted) > before
     with pytest.raises(SceneError, match="recapture must be true or false; got 1"):
         renderer.render(scene, (32, 32), recapture=1)  # type: ignore[arg-type]
+
+
+def test_the_benchmark_captures_anew(renderer: Renderer, counted: list[Scene]) -> None:
+    calls = benchmark.calls(renderer, two_surfaces(Sky()), 8, "fast")
+    for name, drawn in (("capture", 6), ("none", 0), ("six", 0), ("capture", 6)):
+        before = len(counted)
+        calls[name]()
+        assert len(counted) - before == drawn
+    assert all(len(scene.surfaces) == 2 for scene in counted)
 
 
 def test_a_changed_file_is_seen(renderer: Renderer, tmp_path: Path) -> None:
