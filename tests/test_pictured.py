@@ -358,6 +358,16 @@ def test_edges_tell_the_orientation() -> None:
     assert environment_of(picture(np.ones((6, 8, 8, 3)))).notes == ()
 
 
+def test_a_texture_file_says_its_orientation() -> None:
+    """A cube in KTX2 or DDS is the OpenGL table's, whatever its edges say; unless one is told otherwise."""
+    column = picture(UNFOLDED["vstrip"]("inside"), envmap="faces")
+    for layout in ("auto", "cube"):
+        environment = environment_of(column, layout)
+        assert np.array_equal(environment.pixels, environment_of(column, "cube", "opengl").pixels)
+        assert "other orientation" in environment.notes[0]
+    assert error(environment_of(column, "cube", "inside")) < EXACT
+
+
 def test_a_turned_face_is_said() -> None:
     faces = six()
     faces[2].pixels = np.rot90(faces[2].pixels, -1)
