@@ -29,6 +29,8 @@ class Mesh:
 
     positions: (V, 3). triangles: (T, 3) int32 into them, counter-clockwise seen from outside.
     normals: (V, 3) unit length; uv: (V, 2), v up; dpdu, dpdv: (V, 3), change of position per unit of u and v.
+    dndu, dndv: (V, 3), change of the unit normal; None on flat shapes, where there is none. Only their parts in the
+    tangent plane mean anything.
     tangents: (T, 3, 4) float32, the file's own at the triangles' corners, unit x, y, z and w as in glTF; 0 where it has
     none. Only normal maps go by them: see mikktspace.normal_mapped.
     notes: what was found and mended while reading a file, one sentence each.
@@ -40,6 +42,8 @@ class Mesh:
     uv: Floats | None = None
     dpdu: Floats | None = None
     dpdv: Floats | None = None
+    dndu: Floats | None = None
+    dndv: Floats | None = None
     tangents: npt.NDArray[np.float32] | None = None
     notes: tuple[str, ...] = ()
 
@@ -80,6 +84,17 @@ def in_frame(mesh: Mesh, origin: Floats, unit: float) -> Mesh:
     return replace(mesh, positions=(mesh.positions - origin) / unit, dpdu=dpdu, dpdv=dpdv)
 
 
+def steepest_turn(mesh: Mesh) -> float:
+    """The largest angle between normals along an edge, in radians per unit of the edge's length."""
+    if mesh.normals is None:
+        return 0.0
+    a, b = mesh.triangles.T[[0, 1, 2]], mesh.triangles.T[[1, 2, 0]]
+    turn = 2 * np.arcsin(np.minimum(np.linalg.norm(mesh.normals[a] - mesh.normals[b], axis=-1) / 2, 1.0))
+    length = np.linalg.norm(mesh.positions[a] - mesh.positions[b], axis=-1)
+    result: float = np.divide(turn, length, out=np.zeros_like(turn), where=length > 0).max(initial=0.0)
+    return float(result)
+
+
 WHOLE_REPEATS = 32
 """Repeats from 0 up to which 32-bit floats keep a place in a picture to 1/256 texel of 1024."""
 
@@ -95,7 +110,8 @@ def in_repeats(mesh: Mesh, repeat: tuple[float, float]) -> Mesh:
     corners = places[mesh.triangles]
     corners -= np.rint(corners.mean(axis=1, keepdims=True))
     rows = mesh.triangles.reshape(-1)
-    own = {name: values[rows] for name in ("normals", "dpdu", "dpdv") if (values := getattr(mesh, name)) is not None}
+    carried = ("normals", "dpdu", "dpdv", "dndu", "dndv")
+    own = {name: values[rows] for name in carried if (values := getattr(mesh, name)) is not None}
     triangles = np.arange(len(rows), dtype=np.int32).reshape(-1, 3)
     return replace(mesh, positions=mesh.positions[rows], triangles=triangles, uv=corners.reshape(-1, 2), **own)
 

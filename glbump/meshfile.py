@@ -29,9 +29,10 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     """The triangles of an OBJ, PLY, STL or GLB file.
 
     normals: the file's, or by angle-weighted means over triangles that share a position, or one per triangle
-    where the format has it so (STL, and GLB without normals). dpdu, dpdv: real partial derivatives of position,
-    angle-weighted means over the triangles round a vertex; vertices are split where the uv on one side are
-    mirrored, so no mean goes across. They are 0 where uv have no area, and bumps have no meaning. tangents: a GLB's.
+    where the format has it so (STL, and GLB without normals). dpdu, dpdv, dndu, dndv: real partial derivatives of
+    position and normal, angle-weighted means over the triangles round a vertex; vertices are split where the uv on one
+    side are mirrored, so no mean goes across. They are 0 where uv have no area, and bumps have no meaning. tangents: a
+    GLB's.
 
     Raises MeshError, one line, for a file that is missing, damaged, of another kind, or has nothing to draw,
     and LimitError for one that is too large.
@@ -91,30 +92,30 @@ def _mesh(raw: Raw) -> Mesh:
         _check_finite(raw.tangents, "tangents")
     raw, angles = _with_area(raw, notes)
     normals, normal_rows = _normals(raw, angles, notes)
-    tangents = _tangents(raw, notes)
+    tangents = _tangents(raw, normals[normal_rows], notes)
 
     # A vertex is what a corner says of position, uv, normal, and of the side the uv are seen from.
     keys: list[Indices] = [raw.corners, _by_value(normals, normal_rows, raw.corners)]
     if raw.uv is not None and raw.uv_corners is not None and tangents is not None:
         keys += [
             _by_value(raw.uv, raw.uv_corners, raw.corners),
-            np.broadcast_to(tangents[2][:, None], raw.corners.shape),
+            np.broadcast_to(tangents[-1][:, None], raw.corners.shape),
         ]
     first, triangles = _distinct([key.reshape(-1) for key in keys])
     triangles = triangles.reshape(-1, 3)
-    uv = dpdu = dpdv = own = None
+    uv = own = None
+    by_uv: tuple[Floats | None, ...] = (None,) * 4
     if raw.uv is not None and raw.uv_corners is not None and tangents is not None:
         uv = raw.uv[raw.uv_corners.reshape(-1)[first]]
-        weights = angles * np.abs(tangents[2])[:, None]
-        dpdu, dpdv = (_mean(triangles, weights, values, len(first)) for values in tangents[:2])
+        weights = angles * np.abs(tangents[-1])[:, None]
+        by_uv = tuple(_mean(triangles, weights, values, len(first)) for values in tangents[:-1])
         own = None if raw.tangents is None else _own_tangents(raw.tangents, raw.corners, notes)
     return Mesh(
         raw.positions[raw.corners.reshape(-1)[first]],
         triangles.astype(np.int32),
         normals[normal_rows.reshape(-1)[first]],
         uv,
-        dpdu,
-        dpdv,
+        *by_uv,
         own,
         tuple(notes),
     )
@@ -211,11 +212,13 @@ def _normals(raw: Raw, angles: Floats, notes: list[str]) -> tuple[Floats, Indice
     return normals, rows
 
 
-def _tangents(raw: Raw, notes: list[str]) -> tuple[Floats, Floats, npt.NDArray[np.int64]] | None:
-    """dp/du and dp/dv (T, 3) of each triangle, and the sign of its area in uv: -1 where mirrored, 0 where none."""
+def _tangents(
+    raw: Raw, normals: Floats, notes: list[str]
+) -> tuple[Floats, Floats, Floats, Floats, npt.NDArray[np.int64]] | None:
+    """dp/du, dp/dv, dn/du and dn/dv (T, 3) of each triangle, and the sign of its area in uv: -1 where mirrored, 0 where
+    none. normals: (T, 3, 3) at the corners; between them the normal is linear, before it is made a unit."""
     if raw.uv is None or raw.uv_corners is None:
         return None
-    a, b, c = (raw.positions[raw.corners[:, k]] for k in range(3))
     s, t, r = (raw.uv[raw.uv_corners[:, k]] for k in range(3))
     (u1, v1), (u2, v2) = (t - s).T, (r - s).T
     area = u1 * v2 - u2 * v1
@@ -226,11 +229,16 @@ def _tangents(raw: Raw, notes: list[str]) -> tuple[Floats, Floats, npt.NDArray[n
             f"{np.count_nonzero(sign == 0):,} of {len(sign):,} triangles have no area in uv; bumps do not show on them"
         )
     scale = 1 / np.where(sign == 0, 1, area)[:, None]
-    dpdu = ((b - a) * v2[:, None] - (c - a) * v1[:, None]) * scale
-    dpdv = ((c - a) * u1[:, None] - (b - a) * u2[:, None]) * scale
     flat = sign == 0
-    dpdu[flat], dpdv[flat] = 0, 0
-    return dpdu, dpdv, sign
+
+    def derivatives(values: Floats) -> tuple[Floats, Floats]:
+        first, second = values[:, 1] - values[:, 0], values[:, 2] - values[:, 0]
+        by_u = (first * v2[:, None] - second * v1[:, None]) * scale
+        by_v = (second * u1[:, None] - first * u2[:, None]) * scale
+        by_u[flat], by_v[flat] = 0, 0
+        return by_u, by_v
+
+    return *derivatives(raw.positions[raw.corners]), *derivatives(normals), sign
 
 
 def _own_tangents(tangents: Floats, corners: Indices, notes: list[str]) -> npt.NDArray[np.float32]:

@@ -106,6 +106,8 @@ def normal_mapped(mesh: Mesh) -> Mesh:
     normals = mesh.normals[vertices]
     return replace(
         mesh,
+        dndu=None,
+        dndv=None,
         positions=mesh.positions[vertices],
         triangles=triangles.reshape(-1, 3).astype(np.int32),
         normals=normals,

@@ -18,6 +18,7 @@ import pytest
 from glbump.errors import GlbumpError, LimitError, MeshError
 from glbump.mesh import Mesh, tessellate
 from glbump.meshfile import load_mesh
+from glbump.reference import mapping
 from glbump.shapes import Torus
 
 # An asymmetric patch: no two numbers alike, so that a swapped or flipped axis shows.
@@ -248,6 +249,31 @@ def test_tangents_and_normals_converge_on_a_curved_surface(load: Any) -> None:
         )
     assert np.all(np.array(errors[1]) < 0.01)
     assert np.all(np.array(errors[0]) / errors[1] > 3.3)  # 4 in the limit
+
+
+def test_derivatives_of_normals_converge_to_those_of_a_sphere(load: Any) -> None:
+    """On a sphere of radius 2 dn/du is dp/du / 2; inside the grid the error falls with the square of the spacing, with
+    the file's normals and with means of the triangles'."""
+    for given in (True, False):
+        errors = []
+        for n in (8, 16):
+            _, triangles, uv, *_ = torus_grid(n)
+            longitude, latitude = 2 * np.pi * (0.4 + 0.2 * uv[:, 0] - 0.5), np.pi * (0.4 + 0.3 * uv[:, 1] - 0.5)
+            across = np.cos(latitude)
+            normals = np.stack([across * np.sin(longitude), np.sin(latitude), across * np.cos(longitude)], axis=-1)
+            extra = "".join("vn {} {} {}\n".format(*row) for row in normals) if given else ""
+            text = obj(2 * normals, triangles, uv, extra)
+            if given:
+                text = re.sub(rb"(\d+)/(\d+)(?= |\n|$)", rb"\1/\2/\1", text)
+            mesh = load("obj", text)
+            inner = np.all(np.abs(mesh.uv - 0.5) < 0.3, axis=1)  # means at the border have one side
+            at, n_at = mesh.positions[inner], mesh.normals[inner]
+            want = 0.2 * mapping.sphere_dndu(at, 2.0), 0.3 * mapping.sphere_dndv(at, 2.0)
+            got = mesh.dndu[inner], mesh.dndv[inner]
+            # The cross product leaves out what lies along n, which does not count.
+            errors.append([np.linalg.norm(np.cross(g - w, n_at), axis=1).max() for g, w in zip(got, want, strict=True)])
+        assert np.max(errors[1]) < 0.01
+        assert np.all(np.array(errors[0]) / errors[1] > 3.3)  # 4 in the limit
 
 
 def test_no_mean_across_mirrored_uv(load: Any) -> None:

@@ -45,6 +45,41 @@ def surface_gradient_screen(n: npt.ArrayLike, p: npt.ArrayLike, height: npt.Arra
     return surface_gradient(n, p_x, p_y, np.concatenate(np.broadcast_arrays(h_x, h_y), axis=-1))
 
 
+def full_gradient(
+    n: npt.ArrayLike,
+    dpdu: npt.ArrayLike,
+    dpdv: npt.ArrayLike,
+    dndu: npt.ArrayLike,
+    dndv: npt.ArrayLike,
+    height: npt.ArrayLike,
+    slope: npt.ArrayLike,
+) -> F64:
+    """The g for which n - g is along +-(P'u x P'v), P' = P + B n, with all of its terms (Blinn 1978); on n's side.
+
+    That is the gradient on the surface moved out evenly by B, whose derivatives are Pu + B n_u and Pv + B n_v:
+    tests/test_bump_order.py holds it against the displaced surface. Zero where that surface has no area, at a centre
+    of curvature. dndu, dndv: of the unit normal; their parts along n do not count. height: (...), in dpdu's lengths.
+    """
+    b = np.asarray(height, np.float64)[..., None]
+    pu, pv, nu, nv = (np.asarray(v, np.float64) for v in (dpdu, dpdv, dndu, dndv))
+    return surface_gradient(n, pu + b * nu, pv + b * nv, slope)
+
+
+def invariant_gradient(n: npt.ArrayLike, dpdu: npt.ArrayLike, dpdv: npt.ArrayLike, slope: npt.ArrayLike) -> F64:
+    """The g for which n - g is n turned by atan |slope| about Bv Pu - Bu Pv (Blinn's thesis, 1978, p. 140), the other
+    way round where u, v are mirrored: no scale of the surface changes it. Zero where surface_gradient is.
+    """
+    n, pu, pv, s = (np.asarray(v, np.float64) for v in (n, dpdu, dpdv, slope))
+    level = s[..., 1:] * pu - s[..., :1] * pv
+    # The axis lies in the tangent plane: dp/du and dp/dv may not, where they are means over triangles.
+    level = level - n * np.einsum("...i,...i->...", n, level)[..., None]
+    mirrored = np.einsum("...i,...i->...", n, np.cross(_unit(pu), _unit(pv))) < 0
+    tangent = np.linalg.norm(s, axis=-1) * np.where(mirrored, 1.0, -1.0)
+    turned = tangent[..., None] * np.cross(_unit(level), n)
+    none = (surface_gradient(n, pu, pv, _unit(s)) == 0).all(axis=-1, keepdims=True)
+    return np.where(none, 0.0, turned)
+
+
 def orthogonal_gradient(dpdu: npt.ArrayLike, dpdv: npt.ArrayLike, slope: npt.ArrayLike) -> F64:
     """surface_gradient for dp/du and dp/dv at right angles in the tangent plane; zero along one below 1e-12."""
     total: F64 = np.zeros(3)

@@ -22,7 +22,8 @@ class Hits:
 
     ray: (K,) which of the rays. t: (K,) ray parameter. piece: (K,) which of the shape's pieces, 0 for round ones.
     p, n: (K, 3) point and outward unit normal.
-    uv: (K, 2), dpdu, dpdv: (K, 3); None where the surface has no u, v.
+    uv: (K, 2), dpdu, dpdv: (K, 3); None where the surface has no u, v. dndu, dndv: (K, 3) derivatives of n; None where
+    it has none, or is flat.
     """
 
     ray: Index
@@ -33,6 +34,8 @@ class Hits:
     uv: F64 | None
     dpdu: F64 | None
     dpdv: F64 | None
+    dndu: F64 | None = None
+    dndv: F64 | None = None
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def _sphere(shape: Sphere, origins: F64, dirs: F64) -> Hits:
     p *= shape.radius / np.linalg.norm(p, axis=-1, keepdims=True)
     n = p / shape.radius
     uv, dpdu, dpdv = mapping.sphere_uv(p), mapping.sphere_dpdu(p), mapping.sphere_dpdv(p)
-    return Hits(ray, t[ray], np.zeros_like(ray), p, n, uv, dpdu, dpdv)
+    return Hits(ray, t[ray], np.zeros_like(ray), p, n, uv, dpdu, dpdv, dpdu / shape.radius, dpdv / shape.radius)
 
 
 def _torus(shape: Torus, origins: F64, dirs: F64) -> Hits:
@@ -117,7 +120,9 @@ def _torus(shape: Torus, origins: F64, dirs: F64) -> Hits:
     p = (o + t[:, None] * d)[kept]
     ray, t = ray[kept], (t + middle)[kept] / length[ray[kept]]
     uv, n = mapping.torus_uv(p, big), mapping.torus_normal(p, big)
-    return Hits(ray, t, np.zeros_like(ray), p, n, uv, mapping.torus_dpdu(p), mapping.torus_dpdv(p, big))
+    dpdu, dpdv = mapping.torus_dpdu(p), mapping.torus_dpdv(p, big)
+    dndu, dndv = mapping.torus_dndu(p, big), mapping.torus_dndv(p, big)
+    return Hits(ray, t, np.zeros_like(ray), p, n, uv, dpdu, dpdv, dndu, dndv)
 
 
 def _depressed_cubic_roots(p: F64, q: F64) -> F64:
@@ -173,8 +178,9 @@ def _triangles(mesh: Mesh, grid: Grid, origins: F64, dirs: F64) -> Hits:
     n = at(mesh.normals)
     if n is None:
         n = np.cross(*(mesh.positions[corners[:, i]] - mesh.positions[corners[:, 0]] for i in (1, 2)))
-    n = n / np.linalg.norm(n, axis=-1, keepdims=True)
-    return Hits(ray, best_t[ray], pieces(mesh)[best[ray]], p, n, at(mesh.uv), at(mesh.dpdu), at(mesh.dpdv))
+    length = np.linalg.norm(n, axis=-1, keepdims=True)
+    by_uv = at(mesh.uv), at(mesh.dpdu), at(mesh.dpdv), at(mesh.dndu), at(mesh.dndv)
+    return Hits(ray, best_t[ray], pieces(mesh)[best[ray]], p, n / length, *by_uv)
 
 
 def pieces(mesh: Mesh) -> Index:

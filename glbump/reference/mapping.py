@@ -49,6 +49,16 @@ def sphere_dpdv(p_object: npt.ArrayLike) -> F64:
     return np.pi * np.stack([-y * np.sin(longitude), np.hypot(x, z), -y * np.cos(longitude)], axis=-1)
 
 
+def sphere_dndu(p_object: npt.ArrayLike, radius: npt.ArrayLike) -> F64:
+    """Derivative of the unit normal by u: the normal is p / radius."""
+    return sphere_dpdu(p_object) / _f64(radius)[..., None]
+
+
+def sphere_dndv(p_object: npt.ArrayLike, radius: npt.ArrayLike) -> F64:
+    """Derivative of the unit normal by v."""
+    return sphere_dpdv(p_object) / _f64(radius)[..., None]
+
+
 def torus_step(p_object: npt.ArrayLike, dir_object: npt.ArrayLike, radius: npt.ArrayLike, tube: npt.ArrayLike) -> F64:
     """Ray parameter (...) from p_object, near the torus, to the torus: the root of the distance to the tube's
     centre line minus the tube, by Newton's iteration to float64's end. Bounded as the GLSL is: at most three
@@ -94,6 +104,27 @@ def torus_dpdv(p_object: npt.ArrayLike, radius: npt.ArrayLike) -> F64:
     longitude = _longitude(x, z)
     return (
         2 * np.pi * np.stack([-y * np.sin(longitude), np.hypot(x, z) - _f64(radius), -y * np.cos(longitude)], axis=-1)
+    )
+
+
+def torus_dndu(p_object: npt.ArrayLike, radius: npt.ArrayLike) -> F64:
+    """Derivative of torus_normal by u: 2 pi cos(psi) along the parallel, psi the angle about the tube; 0 on the axis,
+    where there is no parallel."""
+    p = _f64(p_object)
+    longitude = _longitude(p[..., 0], p[..., 2])
+    psi = np.arctan2(p[..., 1], np.hypot(p[..., 0], p[..., 2]) - _f64(radius))
+    along = np.stack([np.cos(longitude), 0 * longitude, -np.sin(longitude)], axis=-1)
+    off_axis = np.hypot(p[..., 0], p[..., 2]) > 0
+    return np.where(off_axis, 2 * np.pi * np.cos(psi), 0.0)[..., None] * along
+
+
+def torus_dndv(p_object: npt.ArrayLike, radius: npt.ArrayLike) -> F64:
+    """Derivative of torus_normal by v: 2 pi along the meridian of the tube."""
+    p = _f64(p_object)
+    longitude = _longitude(p[..., 0], p[..., 2])
+    psi = np.arctan2(p[..., 1], np.hypot(p[..., 0], p[..., 2]) - _f64(radius))
+    return (
+        2 * np.pi * np.stack([-np.sin(psi) * np.sin(longitude), np.cos(psi), -np.sin(psi) * np.cos(longitude)], axis=-1)
     )
 
 

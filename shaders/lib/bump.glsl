@@ -22,7 +22,31 @@ vec3 surface_gradient_screen(vec3 n, vec3 p, float height) {
     return surface_gradient(n, dFdx(p), dFdy(p), vec2(dFdx(height), dFdy(height)));
 }
 
-// The same where dp/du and dp/dv are at right angles and in the tangent plane, as on a sphere or a torus that is
+// Blinn's full form, for heights that are not small beside the surface's radii of curvature. With P' = P + B n:
+//   N' = P'u x P'v = (Pu + B n_u + Bu n) x (Pv + B n_v + Bv n) = a x c + Bu (n x c) + Bv (a x n),
+//   a = Pu + B n_u,  c = Pv + B n_v,
+// so it is the gradient above, on the surface moved out evenly by B. dndu, dndv: of the unit normal; what they have
+// along n does not count. n - gradient stays on n's side, also past a centre of curvature, where the moved surface is
+// inside out; next to the centre it lies flat, and where that is met to the bit there is no gradient: zero.
+// |height| up to 1e18.
+vec3 full_gradient(vec3 n, vec3 dpdu, vec3 dpdv, vec3 dndu, vec3 dndv, float height, vec2 slope) {
+    return surface_gradient(n, dpdu + height * dndu, dpdv + height * dndv, slope);
+}
+
+// Blinn's bump that does not know lengths (thesis, 1978, p. 140): n turned by the angle whose tangent is |slope|, about
+// the direction along which the height stays the same, Bv Pu - Bu Pv. A surface of any size then looks the same, and as
+// bumpy where u,v are stretched. As a gradient: surface_gradient's direction, |slope| long.
+vec3 invariant_gradient(vec3 n, vec3 dpdu, vec3 dpdv, vec2 slope) {
+    float steeper = max(abs(slope.x), abs(slope.y));
+    if (steeper == 0.0) return vec3(0.0);
+    vec3 gradient = surface_gradient(n, dpdu, dpdv, slope / steeper);
+    vec3 a = abs(gradient);
+    float longest = max(a.x, max(a.y, a.z));
+    if (longest == 0.0) return vec3(0.0);
+    return steeper * length(slope / steeper) * normalize(gradient / longest);
+}
+
+// surface_gradient where dp/du and dp/dv are at right angles and in the tangent plane, as on a sphere or a torus that is
 // not stretched: each partial derivative has its own direction. Zero along one shorter than 1e-12, next to a pole:
 // slopes up to 1e12 stay in range for surfaces about 1 wide, as the GPU has them all.
 vec3 orthogonal_gradient(vec3 dpdu, vec3 dpdv, vec2 slope) {

@@ -30,6 +30,15 @@ vec3 sphere_dpdv(vec3 p_object) {
     return PI * vec3(-p_object.y * out_dir.x, h, -p_object.y * out_dir.y);
 }
 
+// Of the unit normal, the same each way.
+vec3 sphere_dndu(vec3 p_object, float radius) {
+    return sphere_dpdu(p_object) / radius;
+}
+
+vec3 sphere_dndv(vec3 p_object, float radius) {
+    return sphere_dpdv(p_object) / radius;
+}
+
 // Ray parameter from `p_object`, a point on the ray near the torus, to the torus: Newton's iteration on
 // (hypot(x,z) - radius)^2 + y^2 = tube^2. A step is never longer than a tenth of the tube, so a ray that
 // passes just outside stays near.
@@ -69,6 +78,19 @@ vec3 torus_dpdv(vec3 p_object, float radius) {
     float h = length(p_object.xz);
     vec2 out_dir = h > 0.0 ? p_object.xz / h : vec2(0.0, 1.0);
     return 2.0 * PI * vec3(-p_object.y * out_dir.x, h - radius, -p_object.y * out_dir.y);
+}
+
+// Of the unit normal: about the axis it turns as the point does, but is only as long as it leans outwards; about the
+// tube it turns as on a circle of radius 1.
+vec3 torus_dndu(vec3 p_object, float radius) {
+    float h = length(p_object.xz);
+    vec2 ring = vec2(h - radius, p_object.y);
+    return torus_dpdu(p_object) * (ring.x / max(length(ring), 1e-30) / max(h, 1e-30));
+}
+
+vec3 torus_dndv(vec3 p_object, float radius) {
+    vec2 ring = vec2(length(p_object.xz) - radius, p_object.y);
+    return torus_dpdv(p_object, radius) / max(length(ring), 1e-30);
 }
 
 // u,v of `p_object` in the flat convex quad a b c d with uv (0,0) (1,0) (1,1) (0,1): the lecture's inverse

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.glsltest import inputs, ulp
+from glbump.reference import bump
 
 F64 = npt.NDArray[np.float64]
 Rows = tuple[Any, ...]
@@ -107,6 +108,36 @@ def _screen_bound(n: Any, p: Any, height: Any, want: F64) -> F64:
     return _gradient_bound(*rows, slope, want.reshape(-1, 3)).reshape(want.shape[:-1])
 
 
+def _curved_frames() -> Rows:
+    """As _frames, on surfaces bent both ways, with heights up to 0.9 of a radius of curvature, on either side, and past
+    it, where the surface is inside out. The last rows lie at a centre of curvature to the bit: no area, no gradient."""
+    n, u, v, slope = _frames()
+    count = len(n)
+    bend = inputs.uniform(count, -0.9, 0.9, (2,), 8)
+    bend[::7] += np.sign(bend[::7])
+    height = inputs.log_uniform(count, 1e-3, 1e3, seed=9)
+    nu, nv = (np.float32(d * k[:, None] / height[:, None]) for d, k in zip((u, v), bend.T, strict=True))
+    height[-5:], nu[-5:], nv[-5:] = 1.0, -u[-5:], 0.0
+    return n, u, v, nu, nv, height, slope
+
+
+def _full_bound(n: Any, dpdu: Any, dpdv: Any, dndu: Any, dndv: Any, height: Any, slope: Any, want: F64) -> F64:
+    b = np.asarray(height, float)[:, None]
+    moved = [np.asarray(p, float) + b * np.asarray(d, float) for p, d in ((dpdu, dndu), (dpdv, dndv))]
+    # A difference of two vectors is off by roundings of the longer, and so is its direction by as much over its length.
+    lost = [length(p) / np.maximum(length(m), 1e-30) for p, m in zip((dpdu, dpdv), moved, strict=True)]
+    return 2 * np.maximum(1.0, np.maximum(*lost)) * _gradient_bound(n, *moved, slope, want)
+
+
+def _invariant_bound(n: Any, dpdu: Any, dpdv: Any, slope: Any, want: F64) -> F64:
+    """The direction is off by what surface_gradient's is, over its length."""
+    steep = np.abs(slope).max(axis=-1, keepdims=True)
+    unit = np.asarray(slope, float) / steep
+    gradient = bump.surface_gradient(n, dpdu, dpdv, unit)
+    size = np.where(length(gradient) > 0, length(gradient), 1.0)
+    return length(slope) * (8 * EPS + _gradient_bound(n, dpdu, dpdv, unit, gradient) / size)
+
+
 _AT_LEAST_LENGTH = (0.95e-18, 1.02e-18, 1.05e-18)
 _AT_LEAST_SQUARED = (0.95e-12, 1.02e-12, 1.05e-12)
 
@@ -187,6 +218,20 @@ def _sphere_step_bound(p: Any, d: Any, radius: Any, want: F64) -> F64:
 
 def _sphere_points() -> Rows:
     return (_scaled(inputs.directions(3000, 4), 1e-12, 1e12),)
+
+
+def _has_a_longitude(p: Any, radius: Any = None) -> Any:
+    across = np.hypot(p[:, 0], p[:, 2])
+    return (across > 1e-18) | (across == 0)
+
+
+def _on_spheres() -> Rows:
+    radius = inputs.log_uniform(2000, 1e-5, 1e5, seed=2)
+    return _around(2000, radius, 4), radius
+
+
+def _on_sphere_bound(p: Any, radius: Any, want: F64) -> F64:
+    return 10 * np.pi * EPS * length(p) / radius
 
 
 def _torus(count: int = 4000) -> tuple[Any, Any, Any, Any]:
@@ -564,12 +609,12 @@ def _grounds() -> Rows:
 
 
 def _map_places(*more: Any) -> Callable[[], Rows]:
-    """Heights of 8 x 16 texels, and places within three turns of them in 256ths of a texel: centres, edges, between.
+    """Heights of 8 x 16 texels, and places within eleven turns of them in 256ths of a texel: centres, edges, between.
 
     All sums of places and all weights are exact then, also where a GPU's filter has 8 bits for them.
     """
     heights = inputs.uniform(8 * 16, seed=1).reshape(8, 16)
-    texels = np.random.default_rng(2).integers(-256 * 16, 2 * 256 * 16, (2000, 2)) // np.array([1, 2])
+    texels = np.random.default_rng(2).integers(-5 * 256 * 16, 6 * 256 * 16, (2000, 2)) // np.array([1, 2])
     texels[:500] = texels[:500] // 128 * 128
     return lambda: (heights, (texels / (256 * np.array([16, 8]))).astype(np.float32), *more)
 
@@ -758,6 +803,16 @@ CASES: dict[str, Case] = {
         "as surface_gradient, of differences without rounding",
         abs=_screen_bound,
     ),
+    "bump.full_gradient": Case(
+        _curved_frames,
+        "as surface_gradient, of derivatives that lost what their sums cancelled",
+        abs=_full_bound,
+    ),
+    "bump.invariant_gradient": Case(
+        _frames,
+        "surface_gradient's direction, times a length of 4 ULP",
+        abs=_invariant_bound,
+    ),
     "bump.orthogonal_gradient": Case(
         _square_frames,
         "two squared lengths, two divisions, two products and a sum: 8 roundings of each term's length",
@@ -940,7 +995,11 @@ CASES: dict[str, Case] = {
         "a length (2 ULP), a division (2.5 ULP), pi rounded and two products; a point nearer the axis than 1e-18 of "
         "the unit counts as a pole, because its square underflows",
         abs=lambda p, want: 8 * np.pi * EPS * length(p),
-        where=lambda p: (np.hypot(p[:, 0], p[:, 2]) > 1e-18) | (np.hypot(p[:, 0], p[:, 2]) == 0),
+        where=_has_a_longitude,
+    ),
+    "mapping.sphere_dndu": Case(_on_spheres, "sphere_dpdu, and a division", abs=_on_sphere_bound),
+    "mapping.sphere_dndv": Case(
+        _on_spheres, "sphere_dpdv, and a division", abs=_on_sphere_bound, where=_has_a_longitude
     ),
     "mapping.torus_step": Case(
         _torus_rays,
@@ -960,6 +1019,16 @@ CASES: dict[str, Case] = {
     "mapping.torus_dpdu": Case(lambda: _torus_points()[:1], "2 pi rounded, and a product", ulps=2),
     "mapping.torus_dpdv": Case(
         _torus_points, "hypot(x, z) - radius is off by some roundings of 2, times 2 pi", abs=2 * np.pi * 6 * EPS
+    ),
+    "mapping.torus_dndu": Case(
+        _torus_points,
+        "as torus_normal, times 2 pi",
+        abs=lambda p, radius, want: 2 * np.pi * (_tube_bound(p, radius, want) + 6 * EPS),
+    ),
+    "mapping.torus_dndv": Case(
+        _torus_points,
+        "as torus_normal, times 2 pi",
+        abs=lambda p, radius, want: 2 * np.pi * (_tube_bound(p, radius, want) + 6 * EPS),
     ),
     "mapping.inverse_bilinear": Case(
         _quads,
