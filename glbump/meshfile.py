@@ -103,19 +103,21 @@ def _mesh(raw: Raw) -> Mesh:
         ]
     first, triangles = _distinct([key.reshape(-1) for key in keys])
     triangles = triangles.reshape(-1, 3)
-    uv = own = None
-    by_uv: tuple[Floats | None, ...] = (None,) * 4
+    uv = dpdu = dpdv = dndu = dndv = own = None
     if raw.uv is not None and raw.uv_corners is not None and tangents is not None:
         uv = raw.uv[raw.uv_corners.reshape(-1)[first]]
         weights = angles * np.abs(tangents[-1])[:, None]
-        by_uv = tuple(_mean(triangles, weights, values, len(first)) for values in tangents[:-1])
+        dpdu, dpdv, dndu, dndv = (_mean(triangles, weights, values, len(first)) for values in tangents[:-1])
         own = None if raw.tangents is None else _own_tangents(raw.tangents, raw.corners, notes)
     return Mesh(
         raw.positions[raw.corners.reshape(-1)[first]],
         triangles.astype(np.int32),
         normals[normal_rows.reshape(-1)[first]],
         uv,
-        *by_uv,
+        dpdu,
+        dpdv,
+        dndu,
+        dndv,
         own,
         tuple(notes),
     )
