@@ -259,6 +259,18 @@ def test_latlong_to_latlong_is_exact(old: tuple[int, int], new: tuple[int, int])
         assert np.abs(rolled - found).max() < 1e-6
 
 
+@pytest.mark.parametrize("layout", OTHERS, ids=str)
+def test_a_band_about_the_horizon_goes_on_to_the_poles(layout: Layout) -> None:
+    """A lat-long picture wider than 2:1: 32 x 8 texels, whose first and last row reach the poles."""
+    source, target = Grid(LATLONG, (32, 8), (1.0, 2.0), (0.0, -0.5)), Grid.by_size(layout, 16)
+    pixels = np.random.default_rng(8).random((8, 32, 3)).astype(np.float32)
+    assert solid_angles(source).sum() == pytest.approx(4 * np.pi)
+    found = from_latlong(pixels, source, target)
+    assert total(found, target) == pytest.approx(total(pixels if layout.whole else upper(pixels), source), rel=ROUNDING)
+    rows = np.repeat(pixels, [5, 1, 1, 1, 1, 1, 1, 5], axis=0)
+    assert np.abs(found - from_latlong(rows, Grid(LATLONG, (32, 16)), target)).max() < 1e-6
+
+
 def test_shares_of_a_line() -> None:
     shares = Shares(np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5, 2.0]))
     assert shares.means(np.array([2.0, 4.0]), 0, slice(0, 2)).tolist() == [3.0, 4.0]

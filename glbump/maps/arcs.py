@@ -120,8 +120,7 @@ def under(width: F64, half0: F64, half1: F64) -> F64:
 
     tan(area / 2) = tan(width / 2) sin(mean latitude) / cos(half the latitudes' difference).
     """
-    slope = (half0 + half1) / np.maximum(1 + half0 * half1, 1e-300)
-    return 2 * np.arctan(np.tan(width / 2) * slope)
+    return 2 * np.arctan(np.tan(width / 2) * (half0 + half1) / (1 + half0 * half1))
 
 
 def _at_tops(arcs: Arcs, cells: Cells) -> Arcs:
@@ -214,7 +213,7 @@ def _on_meridians(arcs: Arcs, arc: Index, column: Index, cells: Cells) -> F64:
     level = arcs.a[arc] * cosine[k] + arcs.b[arc] * sine[k]
     # An arc through a pole lies there on all meridians but those of its ends.
     level = np.where(c > 0, level, -(arcs.half0 + arcs.half1)[arc])
-    return -level / (np.hypot(level, c) + c)
+    return -level / (np.sqrt(level * level + c * c) + c)
 
 
 def _on_parallels(arcs: Arcs, arc: Index, edge: Index, down: Index, near: F64, cells: Cells) -> F64:
