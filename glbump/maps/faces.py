@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,12 +14,9 @@ from glbump.maps.continuity import edge_steps, orientation_steps, turned_faces
 from glbump.maps.cube import FACES
 from glbump.maps.detect import candidate, holes_are_empty
 from glbump.maps.facefiles import STYLES, WORDS, faces_by_name
-from glbump.maps.images import require_opaque
+from glbump.maps.images import Picture, require_opaque
 from glbump.maps.layout import CUBE, HEMICUBE, EnvironmentMap, Layout, on_border
 from glbump.maps.unfolding import UNFOLDINGS, VSTRIP, oriented, parts_of, tiles_of
-
-if TYPE_CHECKING:
-    from glbump.maps.images import Picture
 
 F32 = npt.NDArray[np.float32]
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,7 @@ import numpy.typing as npt
 from glbump.errors import ImageError, unknown
 from glbump.maps import detect
 from glbump.maps.faces import of_one_cube, of_several
-from glbump.maps.images import require_opaque
+from glbump.maps.images import Picture, require_opaque
 from glbump.maps.layout import (
     CUBE,
     HEMICUBE,
@@ -28,9 +27,6 @@ from glbump.maps.layout import (
     completed,
 )
 from glbump.maps.unfolding import ORIENTATIONS, UNFOLDINGS, Unfolding, oriented
-
-if TYPE_CHECKING:
-    from glbump.maps.images import Picture
 
 F32 = npt.NDArray[np.float32]
 
