@@ -253,12 +253,12 @@ def test_steps_of_1e30_and_denormals_stay_finite() -> None:
 def test_shaders_on_odd_maps(name: str, shape: tuple[int, int], glsl: Glsl) -> None:
     """The twin's slopes at any place, also where sizes are no powers of two, and 0 along a single texel."""
     heights = RNG.uniform(size=shape).astype(np.float32)
-    uv = RNG.uniform(-1, 2, (500, 2)).astype(np.float32)
+    uv = RNG.uniform(-6, 7, (500, 2)).astype(np.float32)
     more = {"slope_across": (np.float32(0.7),), "slope_smoothed": (np.float32(0.15),)}.get(name, ())
     got = glsl("lib/gradients.glsl")[name](heights, uv, *more)
-    # Places are off by some roundings of 2 maps; slopes change by less than 4 sizes a texel. GPU filters, which
+    # Places are off by some roundings of 7 maps; slopes change by less than 4 sizes a texel. GPU filters, which
     # round places to 1/256 texel, move what is read of both ends alike.
-    off = 2 * max(shape) * 4 * ROUNDED + 2.0**-9
+    off = 7 * max(shape) * 4 * ROUNDED + 2.0**-9
     assert np.abs(got - getattr(twin, name)(heights, uv, *more)).max() < 4 * max(shape) * off
     for axis in (0, 1):
         if shape[1 - axis] == 1:
