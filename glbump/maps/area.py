@@ -213,9 +213,9 @@ def within_layout(pixels: F32, source: Grid, target: Grid) -> F32:
         return pixels.repeat(h // height, axis=1).repeat(w // width, axis=2)
     tiles, channels = source.layout.tiles, pixels.shape[-1]
     boxes = (tiles, h, height // h, w, width // w)
-    area = solid_angles(source).reshape(*boxes, 1)
-    light = (pixels.reshape(*boxes, channels) * area).sum(axis=(2, 4))
-    return (light / area.sum(axis=(2, 4))).astype(np.float32)
+    area = solid_angles(source).reshape(boxes)
+    light = np.einsum("tiajbc,tiajb->tijc", pixels.reshape(*boxes, channels), area)
+    return (light / area.sum(axis=(2, 4))[..., None]).astype(np.float32)
 
 
 def area_means(pixels: F32, source: Grid, target: Grid, below: tuple[float, ...] | None = None) -> F32:
