@@ -282,9 +282,13 @@ class Captured(Pictured):
     """What is seen from `position`: the scene itself, without the surfaces that have this environment, drawn onto a
     cube's faces. Belongs to a surface (`Surface.environment`), not to a scene.
 
-    size: pixels along a face. layout: "cube" (six pictures), or "hemicube" (five, the upper half; what lies below the
-    horizon mirrors it). bounces: how often light goes on between captured surfaces: 1 shows others by the scene's own
-    environment, each more by what they capture.
+    size: pixels along a face, each of the quality's samples. faces: "cube" (six pictures), or "hemicube" (five, the
+    upper half, `size` even; what lies below the horizon mirrors it). bounces: how often light goes on between captured
+    surfaces: 1 shows others by the scene's own environment, each more by what they capture.
+    The scene's environment is always behind, with its own rotation and exposure, seen in `background` or not. Faces
+    lie along the axes of the world; this `rotation` turns what they show, and this `exposure` comes on top.
+    Where drawing it anew must be quick, give it to mirrors and glass, and a cube: for rough and diffuse surfaces and
+    for hemicubes the faces are read back.
     """
 
     kind: ClassVar[str] = "captured"

@@ -11,7 +11,7 @@ import numpy as np
 
 from glbump.camera import Camera
 from glbump.demo import knot, letters, panorama, relief
-from glbump.environment import Chrome, CubeMap, Fractal, LatLong
+from glbump.environment import Captured, Chrome, CubeMap, Fractal, LatLong
 from glbump.errors import SceneError, unknown
 from glbump.maps.files import write_atomically, write_display, write_picture
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
@@ -160,6 +160,18 @@ def _axes(maps: Path) -> Scene:
     return Scene([Surface(Sphere(1.3), CHROME)], environment, Camera(eye=(0.9, 0.5, 3.0), target=(0.1, 0.1, 0), fov=95))
 
 
+def _captured(maps: Path) -> Scene:
+    silver, gold, red = (
+        replace(CHROME, base_color=c) for c in ((1.0, 1.0, 1.0), (1.0, 0.71, 0.29), (0.85, 0.10, 0.08))
+    )
+    balls = ((silver, (-0.98, 0.0, -0.15), 0.9), (gold, (0.95, -0.1, 0.1), 0.8), (red, (0.03, -0.62, 0.8), 0.42))
+    surfaces = [
+        Surface(Sphere(radius), metal, None, Transform(translate=at), Captured(position=at, bounces=3))
+        for metal, at, radius in balls
+    ]
+    return Scene(surfaces, _evening(maps), Camera(eye=(0.2, 0.7, 5.2), target=(0, -0.12, 0), fov=31))
+
+
 EXHIBITS = (
     Exhibit("brick-ball", "Heights of bricks on a chrome ball: the normals are bent, the outline stays", _brick_ball),
     Exhibit("mirror-ball", "A mirror: each pixel is the environment along the reflection vector", _mirror_ball),
@@ -177,6 +189,12 @@ EXHIBITS = (
     Exhibit("dielectrics", "Lacquer, roughness 0.6 to 0", _dielectrics, (1120, 300)),
     Exhibit("orthographic", "An orthographic camera: parallel edges stay parallel", _orthographic, (720, 540)),
     Exhibit("axes", "A cube map with its axes written on it, and what a mirror shows of them", _axes, exposure=0.0),
+    Exhibit(
+        "captured",
+        "Table construction by projection: each ball shows the rest of the scene, in three bounces",
+        _captured,
+        (960, 600),
+    ),
 )
 
 
