@@ -109,6 +109,12 @@ class Contents:
         self._kept.move_to_end(key)
         return self._kept[key]
 
+    def forget(self, environment: Environment) -> None:
+        """Let go of an environment's picture and all that was made of it."""
+        mine = environment_key(environment)
+        for key in [key for key in self._kept if key == mine or (isinstance(key, tuple) and mine in key)]:
+            del self._kept[key]
+
     def environment(self, environment: Environment) -> EnvironmentMap:
         """The environment's picture, with the layout and the sample grid its header names.
 

@@ -216,10 +216,13 @@ def test_a_room_is_reckoned_with(renderer: Renderer) -> None:
 ROUGH, LACQUER = replace(MIRROR, roughness=0.3), Material(base_color=(0.8, 0.2, 0.1), roughness=0)
 
 
+UNEVEN = Scene([*_pair(3).surfaces[:1], *_pair(1).surfaces[1:]], Sky(), Camera(eye=(0, 0.6, 5)))
+
+
 @pytest.mark.parametrize(
     "scene",
-    [_pair(1), _pair(2), _pair(3), _pair(2, "hemicube"), _pair(2, materials=(ROUGH, LACQUER))],
-    ids=["1 bounce", "2 bounces", "3 bounces", "hemicubes", "rough and diffuse"],
+    [UNEVEN, _pair(1), _pair(2), _pair(3), _pair(2, "hemicube"), _pair(2, materials=(ROUGH, LACQUER))],
+    ids=["3 bounces and 1", "1 bounce", "2 bounces", "3 bounces", "hemicubes", "rough and diffuse"],
 )
 def test_exact_is_the_reference(renderer: Renderer, scene: Scene) -> None:
     figures = exact_error(renderer, scene, (64, 64), EXACT)
@@ -378,6 +381,17 @@ def test_nothing_is_left_behind(context: Context) -> None:
         assert counts[2]["texture"] - renderer.context.live_objects()["texture"] == 4
         assert renderer._captures.bytes == 0
     context.check()
+
+
+def test_pictures_are_kept_no_longer_than_shown(context: Context) -> None:
+    with Renderer(context=context) as renderer:
+        kept = []
+        for exposure in range(4):
+            scene = _pair(2, materials=(ROUGH, LACQUER))
+            renderer.render(replace(scene, environment=Sky(exposure=exposure)), (8, 8), "fast")
+            kept.append((len(renderer.contents._kept), len(renderer._store._kept)))
+        # The first bounce's are gone too.
+        assert kept == [kept[0]] * 4
 
 
 def test_a_failed_capture_leaves_nothing(context: Context, monkeypatch: pytest.MonkeyPatch, renderer: Renderer) -> None:

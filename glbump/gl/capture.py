@@ -16,7 +16,7 @@ import moderngl
 import numpy as np
 
 from glbump.captures import cameras, in_rounds, pictured
-from glbump.environment import Captured, CubeMap, HemiCube
+from glbump.environment import Captured, CubeMap, Environment, HemiCube
 from glbump.gl.context import Context
 from glbump.gl.levels import CUBE_POSITIVE_X, UPLOAD_UNIT
 from glbump.gl.targets import DTYPES, read
@@ -35,8 +35,9 @@ Draw = Callable[[Scene, tuple[int, int], Quality, Shown], moderngl.Framebuffer]
 class Captures:
     """What was captured last, for one scene; kept as long as nothing of it but the camera changes."""
 
-    def __init__(self, context: Context, draw: Draw) -> None:
-        self._context, self._draw = context, draw
+    def __init__(self, context: Context, draw: Draw, forget: Callable[[Environment], None]) -> None:
+        """forget: what is to be done with pictures that are shown no more."""
+        self._context, self._draw, self._forget = context, draw, forget
         i, u = ctypes.c_int, ctypes.c_uint
         self._copy = context.native.entry("glCopyTexSubImage2D", u, i, i, i, i, i, i, i)
         self._key: Hashable = None
@@ -81,6 +82,8 @@ class Captures:
 
     def _begin(self) -> None:
         """Nothing is shown any more."""
+        for taken in self._shown.values():
+            self._let_go(taken)
         self._key = None
         self._shown, self._kinds = {}, {}
         self._idle, self._stale = list(self._held), list(self._held)
@@ -129,6 +132,8 @@ class Captures:
     def _let_go(self, taken: Taken) -> None:
         if isinstance(taken, moderngl.TextureCube):
             self._idle.append(taken)
+        else:
+            self._forget(taken)
 
 
 def filled(plan: Plan, shown: Shown) -> Plan:

@@ -75,7 +75,7 @@ class Renderer:
         self.contents = Contents()
         self._store = Store(self.context, self.contents)
         self._programs: dict[Hashable, Uniforms] = {}
-        self._captures = Captures(self.context, self._captured_face)
+        self._captures = Captures(self.context, self._captured_face, self._store.forget)
         # By what is drawn in them: frames, or faces of captures.
         self._targets: dict[str, tuple[Hashable, Targets]] = {}
         self._last: Prepared | None = None

@@ -12,12 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.contents import Contents, bump_key, environment_key, shape_key
+from glbump.environment import Environment
 from glbump.gl.context import Context
 from glbump.gl.levels import cube_texture, texture_2d
 from glbump.maps.layout import CUBE, LATLONG, Layout, environment_levels, resampled, sheet
 from glbump.maps.pyramid import chain
 from glbump.mesh import in_frame, in_repeats, outline
 from glbump.plan import EnvironmentPlan, Plan
+from glbump.relief import HEIGHTS, Layer
 from glbump.scene import Bump, NormalMap
 from glbump.shapes import Shape
 
@@ -91,6 +93,13 @@ class Store:
             self._free(key)
             if self.bytes <= self._most_bytes and len(self._kept) <= self._most:
                 break
+
+    def forget(self, environment: Environment) -> None:
+        """Free all that was made of an environment, and let go of its contents."""
+        mine = environment_key(environment)
+        for key in [key for key in self._kept if isinstance(key, tuple) and mine in key]:
+            self._free(key)
+        self._contents.forget(environment)
 
     def release(self) -> None:
         """Free everything."""
