@@ -19,7 +19,6 @@ from glbump.maps.layout import CUBE, LATLONG, Layout, environment_levels, resamp
 from glbump.maps.pyramid import chain
 from glbump.mesh import in_frame, in_repeats, outline
 from glbump.plan import EnvironmentPlan, Plan
-from glbump.relief import HEIGHTS, Layer
 from glbump.scene import Bump, NormalMap
 from glbump.shapes import Shape
 
