@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 # The module here that holds each command, as a function of the command's name.
 MODULES = {
+    "convert": "convert",
     "demo": "demo",
     "diff": "diff",
     "doctor": "doctor",

@@ -69,6 +69,11 @@ def check_target(
     """
     path = Path(path)
     _check_tone(path, _suffix(path, DISPLAY_SUFFIXES + LINEAR_SUFFIXES), tone, exposure)
+    check_writable(path, inputs)
+
+
+def check_writable(path: Path, inputs: Iterable[Path] = ()) -> None:
+    """ImageError where `write_atomically` could not write a file, or would write over one of `inputs`."""
     try:
         target = path.resolve()
         _check_target(path, target, ImageError)
