@@ -16,9 +16,9 @@ from glbump.errors import ImageError, LimitError
 from glbump.image import ArrayImage, picture_of
 from glbump.maps.facefiles import face_files
 from glbump.maps.layout import LATLONG, EnvironmentMap
-from glbump.mesh import SEGMENTS, Mesh, bounds, tessellate
+from glbump.mesh import SEGMENTS, Mesh, bounds, steepest_turn, tessellate
 from glbump.scene import Bump, NormalMap, Scene
-from glbump.shapes import MeshFile, Shape
+from glbump.shapes import MESHES, MeshData, MeshFile, Shape
 
 F32 = npt.NDArray[np.float32]
 
@@ -75,18 +75,18 @@ def environment_key(environment: Environment) -> Hashable:
 def bump_key(bump: Bump | NormalMap) -> Hashable:
     """What a bump's slopes are known by: amplitude, scale and repeat do not change them."""
     if isinstance(bump, Bump):
-        return "heights", source_key(picture_of(bump.height)), bump.channel
+        return "heights", source_key(picture_of(bump.height)), bump.channel, bump.border
     return "normals", source_key(picture_of(bump.normal_map)), bump.flip_y
 
 
 def shape_key(shape: Shape) -> Hashable:
     """What a shape's mesh is known by."""
-    return ("mesh", source_key(shape.path)) if isinstance(shape, MeshFile) else shape
+    return ("mesh", source_key(shape.path)) if isinstance(shape, MeshFile) else shape  # arrays: by identity
 
 
 def content_keys(scene: Scene) -> Hashable:
     """What all that a scene names is known by: the same again as long as no file of it has changed."""
-    surfaces = ((shape_key(s.shape), s.bump and bump_key(s.bump)) for s in scene.surfaces)
+    surfaces = ((shape_key(s.shape), *map(bump_key, s.bumps)) for s in scene.surfaces)
     environments = (environment_key(e) for e in scene.environments)
     return (*environments, *surfaces)
 
@@ -125,9 +125,9 @@ class Contents:
 
     def notes(self, scene: Scene) -> list[str]:
         """What was assumed, or found and mended, while the scene's files were read."""
-        meshes = (s.shape for s in scene.surfaces if isinstance(s.shape, MeshFile))
+        meshes = (s.shape for s in scene.surfaces if isinstance(s.shape, MESHES))
         pictured = (e for e in scene.environments if isinstance(e, Pictured) and not isinstance(e, Captured))
-        found = [f"{shape.path}: {note}" for shape in meshes for note in self.mesh(shape).notes]
+        found = [f"{shape.name}: {note}" for shape in meshes for note in self.mesh(shape).notes]
         return [*found, *(note for environment in pictured for note in self.environment(environment).notes)]
 
     def peak(self, environment: Environment) -> float:
@@ -170,33 +170,58 @@ class Contents:
         )
         return result
 
-    def slopes(self, bump: Bump | NormalMap) -> F32:
-        """(H, W, 2) float32, row 0 on top: slopes of a height of 1 per unit of the picture's own u, v (v up);
-        of a normal map, per unit of length along tangent and bitangent."""
-        result: F32 = self._get(bump_key(bump), lambda: _slopes(bump))
+    def heights(self, bump: Bump) -> F32:
+        """(H, W) float32, row 0 on top: 0..1 is the full range. One that mirrors comes with its mirror images."""
+        result: F32 = self._get(bump_key(bump), lambda: _heights(bump))
         return result
 
-    def steepest(self, bump: Bump | NormalMap) -> float:
+    def highest(self, bump: Bump) -> float:
+        """The largest of `heights`, of either sign."""
+        result: float = self._get(("highest", bump_key(bump)), lambda: _largest(self.heights(bump)))
+        return result
+
+    def spline(self, bump: Bump) -> F32:
+        """(H, W) float32, row 0 on top: coefficients of the cubic B-spline through the heights."""
+        from glbump.maps.bspline import coefficients
+
+        result: F32 = self._get(("spline", bump_key(bump)), lambda: coefficients(self.heights(bump)).astype(np.float32))
+        return result
+
+    def slopes(self, bump: Bump | NormalMap, kernel: str = "central") -> F32:
+        """(H, W, 2) float32, row 0 on top: slopes of a height of 1 per unit of the map's own u, v (v up), by `kernel`;
+        of a normal map, per unit of length along tangent and bitangent."""
+        if isinstance(bump, NormalMap):
+            result: F32 = self._get(bump_key(bump), lambda: _normal_slopes(bump))
+        else:
+            result = self._get(("slopes", kernel, bump_key(bump)), lambda: _slopes(bump, self.heights(bump), kernel))
+        return result
+
+    def steepest(self, bump: Bump | NormalMap, kernel: str = "central") -> float:
         """The largest of `slopes`, of either sign."""
-        result: float = self._get(("steepest", bump_key(bump)), lambda: _largest(self.slopes(bump)))
+        result: float = self._get(("steepest", kernel, bump_key(bump)), lambda: _largest(self.slopes(bump, kernel)))
+        return result
+
+    def curvature(self, shape: MeshFile | MeshData) -> float:
+        """The largest turn of the normal along an edge of the mesh, in radians per unit of its length."""
+        result: float = self._get(("curvature", shape_key(shape)), lambda: steepest_turn(self.mesh(shape)))
         return result
 
     def mesh(self, shape: Shape, segments: int = SEGMENTS[0], *, normal_map: bool = False) -> Mesh:
         """The shape's triangles; a mesh file's are its own, whatever the segments. normal_map: with the axes of normal
         maps for dp/du and dp/dv, which on other shapes are the same."""
-        if normal_map and isinstance(shape, MeshFile):
+        if normal_map and isinstance(shape, MESHES):
             from glbump.mikktspace import normal_mapped
 
             mapped: Mesh = self._get(("axes", shape_key(shape)), lambda: normal_mapped(self.mesh(shape)))
             return mapped
-        key = ("mesh", shape_key(shape), None if isinstance(shape, MeshFile) else segments)
+        key = ("mesh", shape_key(shape), None if isinstance(shape, MESHES) else segments)
         result: Mesh = self._get(key, lambda: tessellate(shape, segments))
         return result
 
     def bounds(self, shape: Shape) -> npt.NDArray[np.float64]:
         """(2, 3): lowest and highest corner of the box round the shape, in its own space."""
         result: npt.NDArray[np.float64] = self._get(
-            ("bounds", shape_key(shape)), lambda: bounds(self.mesh(shape) if isinstance(shape, MeshFile) else shape)
+            ("bounds", shape_key(shape)), lambda: bounds(self.mesh(shape) if isinstance(shape, MESHES) else shape)
         )
         return result
 
@@ -226,13 +251,13 @@ def _read(environment: Environment) -> EnvironmentMap:
         from glbump.reference.computed import table
 
         return EnvironmentMap(LATLONG, table(environment, TABLE).astype(np.float32)[None])
-    from glbump.maps.images import read_colour
+    from glbump.maps.images import read_environment
     from glbump.maps.pictured import environment_of
 
     assert isinstance(environment, Pictured)
     images = pictures_of(environment)
     result = environment_of(
-        [read_colour(image) for image in images], environment.layout, getattr(environment, "orientation", "auto")
+        [read_environment(image) for image in images], environment.layout, getattr(environment, "orientation", "auto")
     )
     if len(images) == len(environment.images):
         return result
@@ -240,17 +265,38 @@ def _read(environment: Environment) -> EnvironmentMap:
     return replace(result, notes=(f"{environment.images[0]}: its faces +X -X +Y -Y +Z -Z are {names}", *result.notes))
 
 
-def _slopes(bump: Bump | NormalMap) -> F32:
-    from glbump.maps.heights import slopes, slopes_of_normals
-    from glbump.maps.images import read_height, read_normals
+def _heights(bump: Bump) -> F32:
+    from glbump.maps.images import read_height
 
-    if isinstance(bump, Bump):
-        picture = read_height(picture_of(bump.height), bump.channel)
-    else:
-        picture = read_normals(picture_of(bump.normal_map))
+    heights = read_height(picture_of(bump.height), bump.channel).pixels[..., 0]
+    if bump.border == "mirror":
+        heights = np.concatenate([heights, heights[:, ::-1]], axis=1)
+        # Of what is below the picture's last row, v going up.
+        heights = np.concatenate([heights[::-1], heights], axis=0)
+    return heights
+
+
+def _slopes(bump: Bump, heights: F32, kernel: str) -> F32:
+    from glbump.maps.heights import slopes
+
+    # What mirrors is in the map already.
+    border = "clamp" if bump.border == "clamp" else "wrap"
     try:
-        if isinstance(bump, Bump):
-            return slopes(picture.pixels[..., 0])
+        return slopes(heights, "central" if kernel == "half" else kernel, border)
+    except ImageError as why:
+        raise ImageError(f"{_name(bump.height)}: {why}") from None
+
+
+def _normal_slopes(bump: NormalMap) -> F32:
+    from glbump.maps.heights import slopes_of_normals
+    from glbump.maps.images import read_normals
+
+    picture = read_normals(picture_of(bump.normal_map))
+    try:
         return slopes_of_normals(picture.pixels, bump.flip_y)
     except ImageError as why:
         raise ImageError(f"{picture.name}: {why}") from None
+
+
+def _name(image: Any) -> str:
+    return str(image) if isinstance(image, Path) else "the array"

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import SceneError
-from glbump.shapes import Cube, MeshFile, Plane, Quad, Shape, Sphere, Torus
+from glbump.shapes import Cube, MeshData, MeshFile, Plane, Quad, Shape, Sphere, Torus
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -76,6 +76,10 @@ def tessellate(shape: Shape, segments: int) -> Mesh:
             from glbump.meshfile import load_mesh
 
             return load_mesh(path)
+        case MeshData():
+            from glbump.meshfile import mesh_of
+
+            return mesh_of(shape)
 
 
 def in_frame(mesh: Mesh, origin: Floats, unit: float) -> Mesh:

@@ -10,6 +10,7 @@ from glbump import validate as check
 from glbump.errors import SceneError
 
 ENVIRONMENT_LAYOUTS = ("given", "cube", "lat-long", "octahedral", "dual-paraboloid")
+BUMP_KERNELS = ("forward", "central", "half", "sobel", "scharr", "fourth", "bspline", "spectral")
 FILTERS = ("bilinear", "nearest-level", "trilinear")
 
 PRESETS: dict[str, dict[str, Any]] = {
@@ -19,6 +20,9 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "cube",
         "environment_filter": "bilinear",
         "bump_filter": "nearest-level",
+        "bump_kernel": "central",
+        "bump_read": "baked",
+        "bump_terms": "auto",
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.25,
@@ -31,6 +35,9 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "given",
         "environment_filter": "trilinear",
         "bump_filter": "trilinear",
+        "bump_kernel": "central",
+        "bump_read": "baked",
+        "bump_terms": "auto",
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.1,
@@ -44,6 +51,9 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "given",
         "environment_filter": "bilinear",
         "bump_filter": "bilinear",
+        "bump_kernel": "central",
+        "bump_read": "baked",
+        "bump_terms": "auto",
         "texture_format": "float",
         "frame_format": "float",
         "silhouette": 0.02,
@@ -64,7 +74,10 @@ class Quality(check.Frozen):
     samples: samples a pixel, a square number. environment_layout: as "given", or resampled to "cube", "lat-long",
     "octahedral" or "dual-paraboloid" (pictures of the upper half of the world stay as they are).
     environment_filter, bump_filter: "bilinear" (level 0 alone), "nearest-level" or "trilinear" (mip levels by
-    the sample's footprint). texture_format, frame_format: "half" or "float".
+    the sample's footprint). bump_kernel: how heights become slopes, one of BUMP_KERNELS (docs/bump.md has what each
+    loses). bump_read: slopes are "baked" once, or heights are read in the "shader", and their slopes taken there.
+    bump_terms: "small" drops B (N/|N|)_u and _v, "full" keeps them, "auto" keeps them where they matter
+    (direction_error). texture_format, frame_format: "half" or "float".
     silhouette: how far, in pixels, a curved shape's outline may lie from the true one.
     gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: source texels that
     a texel of its second level reads where its lobe is high; each further level reads twice as many.
@@ -76,6 +89,9 @@ class Quality(check.Frozen):
     environment_layout: str = _FROM_PRESET
     environment_filter: str = _FROM_PRESET
     bump_filter: str = _FROM_PRESET
+    bump_kernel: str = _FROM_PRESET
+    bump_read: str = _FROM_PRESET
+    bump_terms: str = _FROM_PRESET
     texture_format: str = _FROM_PRESET
     frame_format: str = _FROM_PRESET
     silhouette: float = _FROM_PRESET
@@ -92,6 +108,9 @@ class Quality(check.Frozen):
         for name in ("environment_filter", "bump_filter"):
             check.choice(f"quality.{name}", values[name], FILTERS)
         check.choice("quality.environment_layout", values["environment_layout"], ENVIRONMENT_LAYOUTS)
+        check.choice("quality.bump_kernel", values["bump_kernel"], BUMP_KERNELS)
+        check.choice("quality.bump_read", values["bump_read"], ("baked", "shader"))
+        check.choice("quality.bump_terms", values["bump_terms"], ("auto", "small", "full"))
         for name in ("texture_format", "frame_format"):
             check.choice(f"quality.{name}", values[name], ("half", "float"))
         size = check.integer("quality.gloss_size", values["gloss_size"], least=8, most=1024)

@@ -56,14 +56,22 @@ class Bump(check.Frozen):
     amplitude: the world length of that full range; negative turns bumps into dents.
     repeat: how often the picture repeats per unit of u and of v.
     channel: "r", "g", "b" or "a" where the picture is coloured.
+    border: what lies beyond the picture's edge: "wrap" (it repeats), "mirror" (every other one is turned round), or
+    "clamp" (once, its edges drawn out).
+    scaling: "world", amplitude in world units, so that bumps on a larger surface are flatter; or "parameter", in units
+    of u and v (Blinn 1978, section 4): the look does not change with the size of the surface.
     """
 
     height: Image
     amplitude: float
     repeat: Vec2 = (1.0, 1.0)
     channel: str | None = None
+    border: str = "wrap"
+    scaling: str = "world"
 
     def __post_init__(self) -> None:
+        check.choice("bump.border", self.border, ("wrap", "mirror", "clamp"))
+        check.choice("bump.scaling", self.scaling, ("world", "parameter"))
         self._store(
             height=checked_image("bump.height", self.height),
             amplitude=check.number("bump.amplitude", self.amplitude, least=-1e30, most=1e30),
@@ -73,9 +81,15 @@ class Bump(check.Frozen):
             check.choice("bump.channel", self.channel, ("r", "g", "b", "a"))
 
     @property
+    def map_repeat(self) -> Vec2:
+        """How often the map of it is repeated: one that mirrors is the picture and its mirror images in one."""
+        times = 0.5 if self.border == "mirror" else 1.0
+        return self.repeat[0] * times, self.repeat[1] * times
+
+    @property
     def slope_scale(self) -> Vec2:
-        """Slopes of the picture (a height of 1, its own u and v) times this are world lengths per surface u, v."""
-        return self.amplitude * self.repeat[0], self.amplitude * self.repeat[1]
+        """Slopes of the map (a height of 1, its own u and v) times this are world lengths per surface u, v."""
+        return self.amplitude * self.map_repeat[0], self.amplitude * self.map_repeat[1]
 
 
 @dataclass(frozen=True)
@@ -99,32 +113,55 @@ class NormalMap(check.Frozen):
         check.flag("bump.flip_y", self.flip_y)
 
     @property
+    def map_repeat(self) -> Vec2:
+        """As of a Bump."""
+        return self.repeat
+
+    @property
     def slope_scale(self) -> Vec2:
         """Slopes of the map times this are slopes along tangent and bitangent."""
         return self.scale, self.scale
+
+
+MOST_BUMPS = 4
 
 
 @dataclass(frozen=True)
 class Surface(check.Frozen):
     """A shape with its material, its bumps and its place in the world.
 
+    bump: one, or up to MOST_BUMPS of them, whose gradients add up: detail over a base, heights and normal maps.
     environment: what it mirrors, where that is not the scene's: another picture, or what it captures of the scene.
     """
 
     shape: Shape
     material: Material = Material()
-    bump: Bump | NormalMap | None = None
+    bump: Bump | NormalMap | Sequence[Bump | NormalMap] | None = None
     transform: Transform = Transform()
     environment: Environment | None = None
 
     def __post_init__(self) -> None:
         check.instance("surface.shape", self.shape, SHAPES)
         check.instance("surface.material", self.material, Material)
-        if self.bump is not None:
+        layers = check.sequence(self.bump)
+        if layers is not None:
+            if not 1 <= len(layers) <= MOST_BUMPS:
+                raise SceneError(f"surface.bump must be one bump or 1 to {MOST_BUMPS} of them; got {len(layers)}")
+            for i, layer in enumerate(layers):
+                check.instance(f"surface.bump[{i}]", layer, (Bump, NormalMap))
+            self._store(bump=tuple(layers))
+        elif self.bump is not None:
             check.instance("surface.bump", self.bump, (Bump, NormalMap))
         check.instance("surface.transform", self.transform, Transform)
         if self.environment is not None:
             check.instance("surface.environment", self.environment, ENVIRONMENTS)
+
+    @property
+    def bumps(self) -> tuple[Bump | NormalMap, ...]:
+        """Its bumps that do anything."""
+        layers = self.bump if isinstance(self.bump, tuple) else (self.bump,)
+        strength = [layer and (layer.amplitude if isinstance(layer, Bump) else layer.scale) for layer in layers]
+        return tuple(layer for layer, s in zip(layers, strength) if s)
 
 
 @dataclass(frozen=True)

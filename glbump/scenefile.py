@@ -21,13 +21,13 @@ from glbump.errors import SceneError, shown, unknown
 from glbump.image import ArrayImage
 from glbump.maps.files import write_atomically
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
-from glbump.shapes import SHAPES, Transform
+from glbump.shapes import FILE_SHAPES, MeshData, Transform
 
 MOST_BYTES = 4_000_000
 """A scene file larger than this is none: pictures and meshes stand beside it, not in it."""
 
 _TABLES: dict[str, type[Any]] = {"camera": Camera, "material": Material, "transform": Transform}
-_KINDS: dict[str, tuple[type[Any], ...]] = {"shape": SHAPES, "environment": ENVIRONMENTS}
+_KINDS: dict[str, tuple[type[Any], ...]] = {"shape": FILE_SHAPES, "environment": ENVIRONMENTS}
 # Told apart by a key that each must have.
 _BY_KEY: dict[str, dict[str, type[Any]]] = {
     "bump": {"height": Bump, "normal_map": NormalMap},
@@ -60,10 +60,11 @@ def save_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     """
     folder = check.path("the scene file", path).resolve().parent
 
-    def write_path(where: str, value: Path | ArrayImage) -> str:
-        if isinstance(value, ArrayImage):
+    def write_path(where: str, value: Path | ArrayImage | MeshData) -> str:
+        if isinstance(value, ArrayImage | MeshData):
+            what, file = ("an array", "picture") if isinstance(value, ArrayImage) else ("a mesh of arrays", "mesh")
             raise SceneError(
-                f"{where} holds an array, which a scene file cannot; write it to a picture file "
+                f"{where} holds {what}, which a scene file cannot; write it to a {file} file "
                 "and make the scene with that path"
             )
         full = value.resolve()
@@ -81,7 +82,7 @@ def files_of(scene: Scene) -> list[Path]:
     """The pictures and meshes that a scene names."""
     found: list[Path] = []
 
-    def collect(_where: str, value: Path | ArrayImage) -> None:
+    def collect(_where: str, value: Path | ArrayImage | MeshData) -> None:
         if isinstance(value, Path):
             found.append(value)
 
@@ -258,9 +259,13 @@ def _value(field: Field[Any], value: Any, where: str, read_path: ReadPath) -> An
         if not isinstance(value, list):
             raise SceneError(f"{where} must be a list of tables, each headed [[surface]]; got {shown(value)}")
         return tuple(_build(Surface, item, _join(where, i), read_path) for i, item in enumerate(value))
-    if name in _KINDS:
+    if name in _KINDS and not isinstance(value, MeshData):
         cls, rest = _of_kind(_KINDS[name], value, where)
         return _build(cls, rest, where, read_path)
+    if name == "bump" and isinstance(value, list):
+        kinds = _BY_KEY[name]
+        places = [_join(where, i) for i in range(len(value))]
+        return [_build(_kind_by_key(kinds, v, at), v, at, read_path) for v, at in zip(value, places)]
     if name in _BY_KEY:
         return _build(_kind_by_key(_BY_KEY[name], value, where), value, where, read_path)
     if name in _TABLES:
@@ -302,7 +307,7 @@ def scene_to_dict(scene: Scene, write_path: ReadPath, *, defaults: bool = False)
 
 
 def _plain(value: Any, where: str, write_path: ReadPath, defaults: bool) -> Any:
-    if isinstance(value, Path | ArrayImage):
+    if isinstance(value, Path | ArrayImage | MeshData):
         return write_path(where, value)
     if isinstance(value, tuple):
         return [_plain(v, _join(where, i), write_path, defaults) for i, v in enumerate(value)]

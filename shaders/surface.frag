@@ -8,8 +8,6 @@
 #define SPHERE 1
 #define TORUS 2
 #define QUAD 3
-#define HEIGHT 1
-#define NORMAL 2
 #define NONE 0
 #define ORTHOGONAL 1
 #define GENERAL 2
@@ -26,7 +24,7 @@
 #include "lib/mapping.glsl"
 #include "lib/reflect.glsl"
 #if BUMP
-#include "lib/bump.glsl"
+#include "bump_input.glsl"
 #endif
 #if LIGHT == GLOSSY
 #include "lib/ggx.glsl"
@@ -65,15 +63,6 @@ uniform float tube;
 uniform vec3 corners[4];
 #endif
 
-#if BUMP
-uniform sampler2D slopes;
-uniform vec2 slope_scale;  // picture slopes to slopes per unit of surface u,v (heights) or of length (normals)
-uniform vec2 repeat;
-#if BUMP_MIP
-uniform float bump_footprint;  // of a sample, in pixels
-#endif
-#endif
-
 #if LIGHT == TINTED_MIRROR
 uniform vec3 f0;
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
@@ -109,6 +98,10 @@ in vec3 mesh_normal;
 in vec2 mesh_uv;
 in vec3 mesh_dpdu;
 in vec3 mesh_dpdv;
+#if BUMP_FULL
+in vec3 mesh_dndu;
+in vec3 mesh_dndv;
+#endif
 #endif
 #endif
 
@@ -124,12 +117,31 @@ vec3 turned(vec3 v_object) {
 #endif
 }
 
+#if BUMP_FULL
+// How the normal of the surface as the environment has it changes, where the object's changes by dn.
+vec3 turned_change(vec3 dn, vec3 n_object) {
+#if TRANSFORM == GENERAL
+    // Of a normalised vector: across it, over its length.
+    vec3 n = env_from_object_normal * n_object;
+    vec3 change = env_from_object_normal * dn;
+    float square = dot(n, n);
+    return (change - n * (dot(n, change) / square)) * inversesqrt(square);
+#else
+    return turned(dn);
+#endif
+}
+#endif
+
 struct SurfacePoint {
     vec3 p_object;
     vec3 n_object;
     vec2 uv;
     vec3 dpdu;
     vec3 dpdv;
+#if BUMP_FULL
+    vec3 dndu;
+    vec3 dndv;
+#endif
 };
 
 // Only what BUMP needs is asked for; the compiler drops the rest.
@@ -143,6 +155,10 @@ SurfacePoint surface_point(vec3 dir_object) {
     s.uv = mesh_uv;
     s.dpdu = mesh_dpdu;
     s.dpdv = mesh_dpdv;
+#if BUMP_FULL
+    s.dndu = mesh_dndu;
+    s.dndv = mesh_dndv;
+#endif
 #endif
 #elif SHAPE == SPHERE
 #if TWO_SIDED
@@ -156,6 +172,10 @@ SurfacePoint surface_point(vec3 dir_object) {
     s.uv = sphere_uv(p);
     s.dpdu = sphere_dpdu(p);
     s.dpdv = sphere_dpdv(p);
+#if BUMP_FULL
+    s.dndu = sphere_dndu(p, radius);
+    s.dndv = sphere_dndv(p, radius);
+#endif
 #endif
 #elif SHAPE == TORUS
     vec3 p = p_object + torus_step(p_object, dir_object, radius, tube) * dir_object;
@@ -165,6 +185,10 @@ SurfacePoint surface_point(vec3 dir_object) {
     s.uv = torus_uv(p, radius);
     s.dpdu = torus_dpdu(p);
     s.dpdv = torus_dpdv(p, radius);
+#if BUMP_FULL
+    s.dndu = torus_dndu(p, radius);
+    s.dndv = torus_dndv(p, radius);
+#endif
 #endif
 #elif SHAPE == QUAD
     s.n_object = normalize(cross(corners[2] - corners[0], corners[3] - corners[1]));
@@ -181,31 +205,41 @@ SurfacePoint surface_point(vec3 dir_object) {
 
 #if BUMP
 vec3 bumped(SurfacePoint s, vec3 n_env) {
-    vec2 place = s.uv * repeat;
+    vec2 ddx = vec2(0.0);
+    vec2 ddy = vec2(0.0);
 #if BUMP_MIP
-    vec2 size = vec2(textureSize(slopes, 0)) * repeat * bump_footprint;
 #if SHAPE == SPHERE || SHAPE == TORUS
-    float level = isotropic_level(wrapped_difference(dFdx(s.uv)) * size, wrapped_difference(dFdy(s.uv)) * size);
+    ddx = wrapped_difference(dFdx(s.uv));
+    ddy = wrapped_difference(dFdy(s.uv));
 #else
-    float level = isotropic_level(dFdx(s.uv) * size, dFdy(s.uv) * size);
+    ddx = dFdx(s.uv);
+    ddy = dFdy(s.uv);
 #endif
-#else
-    const float level = 0.0;
 #endif
-    vec2 slope = textureLod(slopes, place, level).rg * slope_scale;
+    Relief relief = relief_at(s.uv, ddx, ddy);
     vec3 dpdu = turned(s.dpdu);
     vec3 dpdv = turned(s.dpdv);
-#if BUMP == HEIGHT && (SHAPE == SPHERE || SHAPE == TORUS) && TRANSFORM != GENERAL
-    return bump_normal(n_env, orthogonal_gradient(dpdu, dpdv, slope));
-#elif BUMP == HEIGHT
-    return bump_normal(n_env, surface_gradient(n_env, dpdu, dpdv, slope));
-#elif BUMP == NORMAL
+    vec3 gradient = vec3(0.0);
+#if HAS_NORMALS
     vec3 t, b;
     tangent_frame(n_env, dpdu, dpdv, t, b);
-    return bump_normal(n_env, slope.x * t + slope.y * b);
-#else
-#error "BUMP must be 0, HEIGHT or NORMAL"
+    gradient += relief.by_tangent.x * t + relief.by_tangent.y * b;
 #endif
+#if HAS_PARAMETER
+    gradient += invariant_gradient(n_env, dpdu, dpdv, relief.by_parameter);
+#endif
+#if HAS_WORLD
+#if BUMP_FULL
+    dpdu += relief.height * turned_change(s.dndu, s.n_object);
+    dpdv += relief.height * turned_change(s.dndv, s.n_object);
+#endif
+#if (SHAPE == SPHERE || SHAPE == TORUS) && TRANSFORM != GENERAL
+    gradient += orthogonal_gradient(dpdu, dpdv, relief.by_uv);
+#else
+    gradient += surface_gradient(n_env, dpdu, dpdv, relief.by_uv);
+#endif
+#endif
+    return bump_normal(n_env, gradient);
 }
 #endif
 
@@ -225,10 +259,14 @@ vec3 mirrored(vec3 p_room, vec3 dir_env) {
 #endif
 }
 
-// eta: index of refraction on the eye's side over that on the other.
-vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, float eta) {
+// geometry_env: the normal of the surface without its bumps, on the eye's side. eta: index of refraction on the eye's
+// side over that on the other.
+vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) {
 #if LOOKUP == REFLECTION
     vec3 look_env = reflect_dir(dir_env, n_env);
+#if BUMP
+    look_env = above_surface(look_env, geometry_env);
+#endif
 #elif LOOKUP == BY_NORMAL
     vec3 look_env = n_env;
 #else
@@ -271,7 +309,11 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, float eta) {
     result += kept * diffuse_color * irradiance;
 #endif
 #if TRANSMISSION
-    result += kept * transmitted_color * mirrored(p_room, refract_dir(dir_env, n_env, eta));
+    vec3 through_env = refract_dir(dir_env, n_env, eta);
+#if BUMP
+    through_env = above_surface(through_env, -geometry_env);
+#endif
+    result += kept * transmitted_color * mirrored(p_room, through_env);
 #endif
     return result;
 #else
@@ -297,11 +339,19 @@ void main() {
     // The bump belongs to the outer side; seen from behind, the whole bent surface is turned over.
     float side = dot(n_env, dir_env) > 0.0 ? -1.0 : 1.0;
 #endif
+#if TWO_SIDED
+    vec3 geometry_env = side * n_env;
+#else
+    vec3 geometry_env = n_env;
+#endif
 #if BUMP
     n_env = bumped(s, n_env);
 #endif
 #if TWO_SIDED
     n_env *= side;
+#endif
+#if BUMP
+    n_env = facing(n_env, dir_env);
 #endif
 #if TRANSMISSION
     float eta = 1.0 / ior;
@@ -316,7 +366,7 @@ void main() {
 #else
     const vec3 p_room = vec3(0.0);
 #endif
-    color = vec4(light(p_room, dir_env, n_env, eta), 1.0);
+    color = vec4(light(p_room, dir_env, n_env, geometry_env, eta), 1.0);
 #if LOG_DEPTH
     gl_FragDepth = log_depth.x * log2(gl_FragCoord.w) + log_depth.y;
 #endif

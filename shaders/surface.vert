@@ -17,6 +17,12 @@ out vec3 mesh_normal;
 in vec2 texcoord;
 in vec3 tangent_u;
 in vec3 tangent_v;
+#if BUMP_FULL
+in vec3 normal_u;
+in vec3 normal_v;
+out vec3 mesh_dndu;
+out vec3 mesh_dndv;
+#endif
 out vec2 mesh_uv;
 out vec3 mesh_dpdu;
 out vec3 mesh_dpdv;
@@ -35,6 +41,10 @@ void main() {
     mesh_uv = texcoord;
     mesh_dpdu = tangent_u;
     mesh_dpdv = tangent_v;
+#if BUMP_FULL
+    mesh_dndu = normal_u;
+    mesh_dndv = normal_v;
+#endif
 #endif
 #endif
     gl_Position = clip_from_object * vec4(p_object, 1.0);

@@ -20,7 +20,7 @@ ROWS = (
     ("trade",),
     ("gl",),
     ("plan",),
-    ("reference", "contents", "scenefile", "demo"),
+    ("reference", "relief", "contents", "scenefile", "demo"),
     (
         "scene",
         "captures",

@@ -54,11 +54,11 @@ def test_a_plain_mirror_has_nothing_but_its_environment(renderer: Renderer) -> N
 
 def test_no_bump_no_sampler(renderer: Renderer) -> None:
     bumped = Surface(Sphere(), MIRROR, Bump(HEIGHTS, amplitude=0.1))
-    assert {"slopes", "slope_scale", "repeat"} <= _uniforms(renderer, _scene(bumped))
+    assert {"bump_0", "slope_scale", "repeat"} <= _uniforms(renderer, _scene(bumped))
     # An amplitude or a scale of 0 is no bump either.
     for bump in (None, Bump(HEIGHTS, amplitude=0), NormalMap(NORMALS, scale=0)):
         names = _uniforms(renderer, _scene(Surface(Sphere(), MIRROR, bump)))
-        assert not names & {"slopes", "slope_scale", "repeat"}
+        assert not names & {"bump_0", "slope_scale", "repeat"}
 
 
 def test_no_bump_no_code_of_it() -> None:

@@ -116,6 +116,8 @@ REFUSED = [
     (Bump, {"repeat": 0}, r"bump\.repeat\[0\] must be .*above 0.*; got 0"),
     (Bump, {"repeat": (1, 2, 3)}, r"bump\.repeat must be 2 numbers; got"),
     (Bump, {"channel": "red"}, r"unknown bump\.channel 'red'; .*choose one of: r, g, b, a"),
+    (Bump, {"border": "repeat"}, r"unknown bump\.border 'repeat'; .*wrap, mirror, clamp"),
+    (Bump, {"scaling": "uv"}, r"unknown bump\.scaling 'uv'; .*world, parameter"),
     (NormalMap, {"scale": INF}, r"bump\.scale must be a finite number .*; got inf"),
     (NormalMap, {"flip_y": 1}, r"bump\.flip_y must be true or false; got 1"),
     (NormalMap, {"repeat": -1}, r"bump\.repeat\[0\] must be .*above 0.*; got -1"),
@@ -194,6 +196,9 @@ REFUSED = [
     (Quality, {"gloss_size": 100}, r"quality\.gloss_size must be a power of two; got 100"),
     (Quality, {"gloss_samples": 10**6}, r"quality\.gloss_samples must be .*at most 4096; got 1000000"),
     (Quality, {"texture_format": "double"}, r"unknown quality\.texture_format 'double'; .*half, float"),
+    (Quality, {"bump_kernel": "prewitt"}, r"unknown quality\.bump_kernel 'prewitt'; .*central"),
+    (Quality, {"bump_read": "bake"}, r"unknown quality\.bump_read 'bake'; did you mean 'baked'"),
+    (Quality, {"bump_terms": "all"}, r"unknown quality\.bump_terms 'all'; .*auto, small, full"),
     (Quality, {"environment_filter": "linear"}, r"unknown quality\.environment_filter 'linear'; did you mean"),
 ]  # fmt: skip
 

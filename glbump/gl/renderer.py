@@ -20,17 +20,19 @@ from glbump.gl.program import build_program
 from glbump.gl.source import resolve
 from glbump.gl.targets import Targets, read
 from glbump.gl.textures import Store
-from glbump.gl.uniforms import Sample, Uniforms, View
+from glbump.gl.uniforms import Sample, Uniforms, View, mesh_repeat
 from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
 from glbump.plan.choices import GLOSSY, MESH
 from glbump.quality import Quality, quality_of
-from glbump.scene import NormalMap, Scene, check_size
+from glbump.relief import is_normal_mapped
+from glbump.scene import MOST_BUMPS, Scene, check_size
 
 _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
 _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
+_FULL_ATTRIBUTES = {"normal_u": "dndu", "normal_v": "dndv"}
 # Texture units.
-_ENVIRONMENT, _SLOPES, _GLOSS, _FRAME = range(4)
-_SAMPLERS = {"environment": _ENVIRONMENT, "slopes": _SLOPES, "gloss": _GLOSS}
+_ENVIRONMENT, _GLOSS, _FRAME, _BUMP_0 = range(4)
+_SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS} | {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
 
 
 @dataclass(frozen=True)
@@ -274,7 +276,7 @@ class Renderer:
         uniforms.vertices.render(vertices=3)
 
     def _surface(self, scene: Scene, plan: Plan, view: View, index: int, shown: Shown) -> Draw:
-        surface, how = scene.surfaces[index], plan.surfaces[index]
+        how = plan.surfaces[index]
         environment = plan.environments[how.environment]
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
         values = _SAMPLERS | view.environments[how.environment] | view.surfaces[index]
@@ -283,8 +285,8 @@ class Renderer:
             textures.append((self._store.gloss(environment), _GLOSS))
         elif environment.layout is not None:
             textures.append((self._environment(environment, shown), _ENVIRONMENT))
-        if surface.bump is not None and how.has("BUMP"):
-            textures.append((self._store.slopes(surface.bump, plan), _SLOPES))
+        for i, layer in enumerate(how.layers):
+            textures.append((self._store.relief(layer, plan, full=bool(how.has("BUMP_FULL"))), _BUMP_0 + i))
         return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), textures)
 
     def _environment(self, how: EnvironmentPlan, shown: Shown) -> moderngl.Texture | moderngl.TextureCube:
@@ -295,12 +297,12 @@ class Renderer:
         how = plan.surfaces[index]
         attributes = {"position": "positions"}
         if how.has("SHAPE") == MESH:
-            attributes = _MESH_ATTRIBUTES | (_BUMP_ATTRIBUTES if how.has("BUMP") else {})
-        surface = scene.surfaces[index]
-        shape = None if how.has("OUTLINE") else surface.shape
-        repeat = surface.bump.repeat if surface.bump is not None and "texcoord" in attributes else (1.0, 1.0)
-        normal_map = "tangent_u" in attributes and isinstance(surface.bump, NormalMap)
-        return self._store.mesh(shape, how.segments, attributes, repeat, normal_map=normal_map)
+            attributes = _MESH_ATTRIBUTES | (_BUMP_ATTRIBUTES if how.layers else {})
+            attributes |= _FULL_ATTRIBUTES if how.has("BUMP_FULL") else {}
+        shape = None if how.has("OUTLINE") else scene.surfaces[index].shape
+        return self._store.mesh(
+            shape, how.segments, attributes, mesh_repeat(how), normal_map=is_normal_mapped(how.layers)
+        )
 
     def _sky(self, plan: Plan, view: View) -> Draw:
         environment = plan.environments[0]

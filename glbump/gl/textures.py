@@ -19,6 +19,7 @@ from glbump.maps.layout import CUBE, LATLONG, Layout, environment_levels, resamp
 from glbump.maps.pyramid import chain
 from glbump.mesh import in_frame, in_repeats, outline
 from glbump.plan import EnvironmentPlan, Plan
+from glbump.relief import HEIGHTS, Layer
 from glbump.scene import Bump, NormalMap
 from glbump.shapes import Shape
 
@@ -166,17 +167,30 @@ class Store:
             texture.repeat_x = texture.repeat_y = False
         return texture, sum(level.size for level in levels) * int(dtype[1])
 
-    def slopes(self, bump: Bump | NormalMap, plan: Plan) -> moderngl.Texture:
-        """Slopes as a texture that repeats, turned so that t = 0 is the picture's lower edge: v up."""
+    def relief(self, layer: Layer, plan: Plan, *, full: bool) -> moderngl.Texture:
+        """A bump's map as a texture, turned so that t = 0 is the picture's lower edge, v up: slopes, slopes and heights
+        (`full`), heights, or the coefficients of their spline."""
+        how = plan.bump_filter if layer.kind != HEIGHTS else "bilinear"
 
         def make() -> tuple[Any, int]:
-            slopes = np.ascontiguousarray(self._contents.slopes(bump)[::-1])
-            texture = self._texture_2d(slopes, plan.slopes_format, plan.bump_filter)
-            return texture, _bytes_of(texture.size, 2, _DTYPES[plan.slopes_format], plan.bump_filter)
+            pixels = np.ascontiguousarray(self._relief(layer, full)[::-1])
+            texture = self._texture_2d(pixels, plan.slopes_format, how)
+            texture.repeat_x = texture.repeat_y = not (isinstance(layer.bump, Bump) and layer.bump.border == "clamp")
+            return texture, _bytes_of(texture.size, pixels.shape[-1], _DTYPES[plan.slopes_format], how)
 
-        key = ("slopes", bump_key(bump), plan.slopes_format, plan.bump_filter)
+        key = ("relief", layer.kind, layer.kernel, full, bump_key(layer.bump), plan.slopes_format, how)
         result: moderngl.Texture = self._get(key, make)
         return result
+
+    def _relief(self, layer: Layer, full: bool) -> F32:
+        bump = layer.bump
+        if isinstance(bump, NormalMap):
+            return self._contents.slopes(bump)
+        if layer.kind == HEIGHTS:
+            heights = self._contents.spline(bump) if layer.kernel == "bspline" else self._contents.heights(bump)
+            return heights[..., None]
+        slopes = self._contents.slopes(bump, layer.kernel)
+        return np.concatenate([slopes, self._contents.heights(bump)[..., None]], axis=-1) if full else slopes
 
     def gloss(self, plan: EnvironmentPlan) -> moderngl.TextureCube:
         """An environment's roughness chain."""

@@ -17,10 +17,10 @@ from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.gl.textures import MeshBuffers
 from glbump.maps.layout import EnvironmentMap, level_sizes, sheet_corners
 from glbump.mesh import outline_matrix
-from glbump.plan import EnvironmentPlan, Plan
+from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, GENERAL, MESH
 from glbump.reference.reflect import f0_from_ior
-from glbump.scene import Bump, Scene, Surface
+from glbump.scene import Bump, NormalMap, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -51,7 +51,7 @@ class Uniforms:
                 if isinstance(value, np.ndarray):
                     # OpenGL wants columns one after another; rows of vectors stand so already, and a compiler may
                     # have cut an array to those that are read.
-                    is_matrix = value.shape[0] == value.shape[-1]
+                    is_matrix = value.ndim == 2 and uniform.dimension == value.size
                     columns = value.T if is_matrix else value[: uniform.array_length]
                     uniform.write(np.ascontiguousarray(columns, np.float32).tobytes())
                 else:
@@ -198,12 +198,13 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
             values["corners"] = (np.array([*corners], np.float64) - origin) / unit
     if how.has("PARALLAX"):
         values |= room_uniforms(environment.environment, matrix[:3, :3], matrix[:3, 3])
-    if how.has("BUMP"):
-        assert surface.bump is not None
+    if how.layers:
+        bumps = [layer.bump for layer in how.layers]
         # The u,v of a mesh are counted in repeats already.
-        values["repeat"] = (1.0, 1.0) if how.has("SHAPE") == MESH else surface.bump.repeat
-        lengths = world_unit if isinstance(surface.bump, Bump) else 1.0
-        values["slope_scale"] = tuple(s / lengths for s in surface.bump.slope_scale)
+        per_mesh = mesh_repeat(how)
+        values["repeat"] = np.array([np.divide(bump.map_repeat, per_mesh) for bump in bumps])
+        values["slope_scale"] = np.array([_slope_scale(bump, world_unit) for bump in bumps])
+        values["height_scale"] = np.array([getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps])
         values["bump_footprint"] = plan.samples**-0.5
     material = surface.material
     f0 = f0_from_ior(material.ior)
@@ -220,6 +221,18 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
         values["roughness"] = material.roughness
         values["gloss_level"] = material.roughness * (np.log2(environment.gloss[0]) - 2)
     return values
+
+
+def mesh_repeat(how: SurfacePlan) -> tuple[float, float]:
+    """What the u,v of a surface's mesh are multiplied by: the repeat that all its bumps have, so that nothing is lost
+    of large ones in 32 bits."""
+    repeats = {layer.bump.map_repeat for layer in how.layers}
+    return repeats.pop() if how.has("SHAPE") == MESH and len(repeats) == 1 else (1.0, 1.0)
+
+
+def _slope_scale(bump: Bump | NormalMap, world_unit: float) -> F64:
+    in_lengths = isinstance(bump, Bump) and bump.scaling == "world"
+    return np.array(bump.slope_scale) / (world_unit if in_lengths else 1.0)
 
 
 def room_uniforms(environment: Environment, world_from_object: F64, origin: F64) -> dict[str, Any]:

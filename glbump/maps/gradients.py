@@ -53,6 +53,9 @@ whole texel: they differ only between centres, in a shader (shaders/lib/gradient
 
 METHODS = (*KERNELS, "bspline", "spectral")
 
+IN_SHADERS = ("forward", "central", "half", "sobel", "scharr", "fourth", "bspline")
+"""Those that shaders/lib/gradients.glsl takes where a map is seen, in the order of their numbers there."""
+
 
 def derivative(values: F64, axis: int, method: str, border: str) -> F64:
     """d values / d index along `axis` of an (H, W) array, at its samples. method: one of METHODS; border: of BORDERS.

@@ -21,6 +21,7 @@ from glbump.plan.choices import (
 from glbump.plan.environments import brightest, environment_plan, parallax
 from glbump.plan.surfaces import apart, require_uv, steepest, surface_plan, world_bounds
 from glbump.quality import Quality
+from glbump.relief import HEIGHTS
 from glbump.scene import Scene
 
 __all__ = ["Capabilities", "Choice", "EnvironmentPlan", "Plan", "SurfacePlan", "make_plan"]
@@ -67,9 +68,12 @@ def make_plan(
         surface_plan(i, scene, quality, size, (number[i], defines[number[i]]), bool(alone), contents, note)
         for i, alone in enumerate(apart(boxes))
     )
-    bumped = (i for i, s in enumerate(surfaces) if s.has("BUMP"))
-    slope = max((steepest(i, scene, contents, capabilities) for i in bumped), default=0.0)
+    limit = capabilities.max_texture_size
+    slope = max((steepest(i, scene, s.layers, contents, limit) for i, s in enumerate(surfaces)), default=0.0)
     slopes_format = fitting_format("slopes format", quality.texture_format, "steepest bump", slope, note)
+    if slopes_format == "half" and any(layer.kind == HEIGHTS for s in surfaces for layer in s.layers):
+        slopes_format = "float"
+        note("heights format", "float", "differences of halves would be mostly rounding")
     sky_parallax = NO_PARALLAX
     if scene.environment.background:
         if scene.camera.projection == "perspective":

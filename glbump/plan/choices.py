@@ -17,6 +17,7 @@ from glbump.maps.layout import (
     PARABOLOID,
     Layout,
 )
+from glbump.relief import Layer
 
 HALF_MAX = 65504.0
 HALF_DIM = 2.0**-8
@@ -25,7 +26,9 @@ Note = Callable[[str, object, str], None]
 Defines = tuple[tuple[str, int], ...]
 
 MESH, SPHERE, TORUS, QUAD = range(4)
-NO_BUMP, HEIGHT, NORMAL = range(3)
+NO_BUMP, SLOPES, NORMALS, HEIGHTS = range(4)
+"""Kinds of bumps; CLAMPED and PARAMETER are added to them."""
+CLAMPED, PARAMETER = 4, 8
 DRAWN_LAYOUTS = (LATLONG, CUBE, HEMICUBE, OCTAHEDRAL, EQUAL_AREA, EQUIDISTANT, ORTHOGRAPHIC, PARABOLOID)
 """Those that shaders read, in the order of their numbers there."""
 COMPUTED = {kind: len(DRAWN_LAYOUTS) + i for i, kind in enumerate((Sky, Chrome, Fractal))}
@@ -78,12 +81,13 @@ class EnvironmentPlan:
 @dataclass(frozen=True)
 class SurfacePlan:
     """How one surface is drawn. defines: what its program is compiled with. segments: of its mesh. environment: its
-    number in the plan."""
+    number in the plan. layers: how its bumps are read."""
 
     defines: Defines
     segments: int
     cull: bool
     environment: int
+    layers: tuple[Layer, ...] = ()
 
     def has(self, name: str) -> int:
         """The value of a define."""

@@ -7,25 +7,28 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from glbump import relief
 from glbump.contents import Contents
 from glbump.errors import LimitError, SceneError
+from glbump.maps.gradients import IN_SHADERS
 from glbump.mesh import bounds, segments_for
 from glbump.plan.choices import (
     BY_PIXEL,
     BY_POINT,
+    CLAMPED,
     GENERAL,
     GLOSSY,
-    HEIGHT,
+    HEIGHTS,
     LOOKUPS,
     MESH,
-    NO_BUMP,
     NONE,
-    NORMAL,
+    NORMALS,
     ORTHOGONAL,
+    PARAMETER,
     QUAD,
+    SLOPES,
     SPHERE,
     TORUS,
-    Capabilities,
     Defines,
     Note,
     SurfacePlan,
@@ -33,42 +36,46 @@ from glbump.plan.choices import (
 from glbump.plan.environments import parallax
 from glbump.plan.materials import is_diffuse, is_transmissive, light_of, why_light
 from glbump.quality import Quality
+from glbump.relief import Layer
 from glbump.scene import Bump, Scene, Surface
-from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus
+from glbump.shapes import MESHES, Cube, MeshData, MeshFile, Plane, Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
 
 STEEPEST = 1e12
 """Most that bumps may rise per unit of u or v, in sizes of their surface: past it, gradients leave 32-bit floats."""
-_SHAPES = {Sphere: SPHERE, Torus: TORUS, Quad: QUAD, Plane: MESH, Cube: MESH, MeshFile: MESH}
+_SHAPES = {Sphere: SPHERE, Torus: TORUS, Quad: QUAD, Plane: MESH, Cube: MESH, MeshFile: MESH, MeshData: MESH}
 
 
 def require_uv(index: int, surface: Surface, contents: Contents) -> None:
     """SceneError where a surface has bumps and no texture coordinates for them."""
     shape = surface.shape
-    if surface.bump is not None and isinstance(shape, MeshFile) and contents.mesh(shape).uv is None:
+    if surface.bumps and isinstance(shape, MESHES) and contents.mesh(shape).uv is None:
         raise SceneError(
-            f"surface {index}: {shape.path} has no texture coordinates, and bumps need them; "
+            f"surface {index}: {shape.name} has no texture coordinates, and bumps need them; "
             "unwrap the mesh, or leave out bump"
         )
 
 
-def steepest(index: int, scene: Scene, contents: Contents, capabilities: Capabilities) -> float:
-    """The largest slope in the picture of a surface's bumps; LimitError where it cannot be drawn."""
-    surface = scene.surfaces[index]
-    bump = surface.bump
-    assert bump is not None
+def steepest(index: int, scene: Scene, layers: tuple[Layer, ...], contents: Contents, most_pixels: int) -> float:
+    """The largest slope in the maps of a surface's bumps; LimitError where one cannot be drawn."""
+    return max((_steepest(index, scene.surfaces[index], layer, contents, most_pixels) for layer in layers), default=0.0)
+
+
+def _steepest(index: int, surface: Surface, layer: Layer, contents: Contents, limit: int) -> float:
+    bump = layer.bump
     height, width = contents.slopes(bump).shape[:2]
-    limit = capabilities.max_texture_size
     if width > limit or height > limit:
         raise LimitError(
             f"surface {index}: its bump picture is {width}x{height} pixels and this driver takes at most {limit} "
             "a side; shrink it first"
         )
-    slope = contents.steepest(bump)
+    slope = contents.steepest(bump, layer.kernel)
     if isinstance(bump, Bump):
-        extent = float(np.ptp(contents.bounds(surface.shape), axis=0).max())
-        extent *= float(np.abs(np.asarray(surface.transform.scale)).min())
+        extent = 1.0
+        if bump.scaling == "world":
+            extent = float(np.ptp(contents.bounds(surface.shape), axis=0).max())
+            extent *= float(np.abs(np.asarray(surface.transform.scale)).min())
         rise = slope * max(map(abs, bump.slope_scale)) / extent
         if not rise <= STEEPEST:
             raise LimitError(
@@ -103,7 +110,7 @@ def surface_plan(
     near = _eye_is_near(surface, scene, contents)
     if near:
         note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
-    bump = _bump(name, surface, quality, note)
+    layers, bumps = _bumps(name, surface, quality, contents, note)
     light = light_of(surface.material)
     note(f"{name} light", *why_light(surface.material))
     defines = {
@@ -111,8 +118,7 @@ def surface_plan(
         "OUTLINE": int(outline),
         "TRANSFORM": _transform(surface, scene),
         "DIRECTION": BY_PIXEL if near else BY_POINT,
-        "BUMP": bump,
-        "BUMP_MIP": int(bump != NO_BUMP and quality.bump_filter != "bilinear"),
+        **bumps,
         "LOOKUP": LOOKUPS[scene.environment_of(surface).lookup],
         "LIGHT": light,
         "DIFFUSE": int(is_diffuse(surface.material)),
@@ -126,18 +132,48 @@ def surface_plan(
     if light == GLOSSY:
         # The chain carries all of its light; the environment itself is not looked up here.
         defines["ENVIRONMENT_FOOTPRINT"] = 0
-    return SurfacePlan(tuple(defines.items()), segments, closed, environment[0])
+    return SurfacePlan(tuple(defines.items()), segments, closed, environment[0], layers)
 
 
-def _bump(name: str, surface: Surface, quality: Quality, note: Note) -> int:
-    bump = surface.bump
-    kind, why = NO_BUMP, "it has no bump"
-    if isinstance(bump, Bump):
-        kind, why = (HEIGHT, "heights") if bump.amplitude != 0.0 else (NO_BUMP, "its amplitude is 0")
-    elif bump is not None:
-        kind, why = (NORMAL, "normal map") if bump.scale != 0.0 else (NO_BUMP, "its scale is 0")
-    note(f"{name} bump", quality.bump_filter if kind else "none", why)
-    return kind
+def _bumps(
+    name: str, surface: Surface, quality: Quality, contents: Contents, note: Note
+) -> tuple[tuple[Layer, ...], dict[str, int]]:
+    """How a surface's bumps are read, and the defines of that."""
+    layers = relief.layers(surface, quality)
+    if not layers:
+        note(f"{name} bump", "none", "it has no bump" if surface.bump is None else "its amplitude or scale is 0")
+        return (), {"BUMP": 0, "BUMP_FULL": 0, "BUMP_MIP": 0}
+    kinds = [_KINDS[layer.kind] for layer in layers]
+    for i, layer in enumerate(layers):
+        if isinstance(layer.bump, Bump):
+            kinds[i] += CLAMPED * (layer.bump.border == "clamp") + PARAMETER * (layer.bump.scaling == "parameter")
+        number = f" {i}" if len(layers) > 1 else ""
+        how = quality.bump_filter if layer.kind != relief.HEIGHTS else "level 0"
+        what = layer.kind if layer.kind == relief.NORMALS else f"{layer.kind} ({layer.kernel})"
+        note(f"{name} bump{number}", f"{what}, {how}", layer.why)
+    terms = relief.terms(surface, quality, contents)
+    if any(isinstance(layer.bump, Bump) for layer in layers):
+        why = f"without B (N/|N|)_u and _v normals are off by {terms.error:.2g} degrees at most"
+        if quality.bump_terms == "auto":
+            why += f", and {quality.direction_error:g} are allowed"
+        note(f"{name} bump terms", "full" if terms.full else "small", why)
+    read = {kind & 3 for kind in kinds}
+    defines = {
+        "BUMP": len(layers),
+        **{f"BUMP_{i}": kind for i, kind in enumerate(kinds)},
+        "BUMP_FULL": int(terms.full),
+        "BUMP_MIP": int(quality.bump_filter != "bilinear" and read != {HEIGHTS}),
+        "HAS_NORMALS": int(NORMALS in read),
+        "HAS_PARAMETER": int(any(kind & PARAMETER for kind in kinds)),
+        "HAS_WORLD": int(any(kind & 3 != NORMALS and not kind & PARAMETER for kind in kinds)),
+        "HAS_HEIGHTS": int(HEIGHTS in read),
+    }
+    if HEIGHTS in read:
+        defines["KERNEL"] = IN_SHADERS.index(quality.bump_kernel)
+    return layers, defines
+
+
+_KINDS = {relief.SLOPES: SLOPES, relief.NORMALS: NORMALS, relief.HEIGHTS: HEIGHTS}
 
 
 def _stepped(segments: int) -> int:

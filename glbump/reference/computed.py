@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from glbump.environment import Chrome, Fractal, Procedural, Sky
 from glbump.maps.layout import latlong_dir
 from glbump.reference.procedural import chrome_radiance, fractal_radiance, sky_radiance
-from glbump.environment import Chrome, Fractal, Procedural, Sky
 
 F64 = npt.NDArray[np.float64]
 

@@ -105,6 +105,20 @@ def quadratic_weights(t: npt.ArrayLike) -> F64:
 def slope_bspline(coefficients: npt.ArrayLike, uv: npt.ArrayLike) -> F64:
     """(..., 2): the gradient of sum c_ij B(x - i) B(y - j), with B the cubic B-spline and B'(x) the difference of the
     quadratic one half a texel to either side."""
+    about, value, rate = _about(coefficients, uv)
+    return np.stack(
+        [np.einsum("...j,...ji,...i->...", v, about, u) for u, v in ((rate[0], value[1]), (value[0], rate[1]))], axis=-1
+    )
+
+
+def height_bspline(coefficients: npt.ArrayLike, uv: npt.ArrayLike) -> F64:
+    """(...): sum c_ij B(x - i) B(y - j)."""
+    about, value, _ = _about(coefficients, uv)
+    return np.einsum("...j,...ji,...i->...", value[1], about, value[0])
+
+
+def _about(coefficients: npt.ArrayLike, uv: npt.ArrayLike) -> tuple[F64, list[F64], list[F64]]:
+    """The coefficients (..., 4, 4) about places, and weights (..., 4) of values and of slopes, along u and v."""
     c, place = np.asarray(coefficients, np.float64), np.asarray(uv, np.float64)
     index, value, rate = [], [], []
     for axis, count in ((0, c.shape[1]), (1, c.shape[0])):
@@ -113,7 +127,4 @@ def slope_bspline(coefficients: npt.ArrayLike, uv: npt.ArrayLike) -> F64:
         index.append(np.mod(near, count).astype(np.intp))
         value.append(_spline(x - near, 3))
         rate.append(count * (_spline(x - near + 0.5, 2) - _spline(x - near - 0.5, 2)))
-    about = c[index[1][..., :, None], index[0][..., None, :]]
-    return np.stack(
-        [np.einsum("...j,...ji,...i->...", v, about, u) for u, v in ((rate[0], value[1]), (value[0], rate[1]))], axis=-1
-    )
+    return c[index[1][..., :, None], index[0][..., None, :]], value, rate

@@ -56,3 +56,18 @@ def fresnel_dielectric(cos_i: npt.ArrayLike, eta: npt.ArrayLike) -> F64:
     s = between / np.maximum(eta * c + cos_t, 1e-150) ** 2
     p = between * (eta**2 - (1 + eta**2) * c**2) / np.maximum(c + eta * cos_t, 1e-150) ** 2
     return np.where(total, 1.0, (s**2 + p**2) / 2)
+
+
+def facing(n: npt.ArrayLike, dir: npt.ArrayLike) -> F64:
+    """Normals (..., 3), those that face away from the eye mirrored to its side of the plane dir is normal to.
+
+    n, dir: unit length, dir points at the surface. Mikkelsen 2010, FixNormal: n - 2 (n.v) v, v = -dir.
+    """
+    n, d = np.asarray(n, np.float64), np.asarray(dir, np.float64)
+    return n - 2 * np.maximum(np.einsum("...i,...i->...", n, d), 0.0)[..., None] * d
+
+
+def above_surface(dir: npt.ArrayLike, n: npt.ArrayLike) -> F64:
+    """Directions (..., 3), those under the surface with normal n mirrored at it. Unit length, both."""
+    d, n = np.asarray(dir, np.float64), np.asarray(n, np.float64)
+    return d - 2 * np.minimum(np.einsum("...i,...i->...", d, n), 0.0)[..., None] * n

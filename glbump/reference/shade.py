@@ -18,19 +18,19 @@ from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.errors import SceneError
 from glbump.frame import Frame
-from glbump.maps import cube, pyramid
+from glbump.maps import cube
 from glbump.maps.layout import EnvironmentMap, environment_levels, sample
 from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
-from glbump.reference import bump as bumps
 from glbump.reference import filter as filters
 from glbump.reference import ggx, parallax, reflect
 from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
-from glbump.scene import NormalMap, Scene, Surface, check_size
-from glbump.shapes import Sphere, Torus
+from glbump.reference.relief import Place, Relief
+from glbump.relief import is_normal_mapped
+from glbump.scene import Scene, Surface, check_size
 
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -115,29 +115,11 @@ def _places(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offset:
     return result
 
 
-class Place:
-    """Where in a grid of rays some of them are."""
-
-    def __init__(self, ray: Index, shape: tuple[int, int]) -> None:
-        self.ray, self.shape = ray, shape
-
-    def differences(self, values: F64) -> tuple[F64, F64]:
-        """dFdx and dFdy (K, C) of values (K, C) of these rays; 0 beside rays that are not among them."""
-        grid = np.full((self.shape[0] * self.shape[1], values.shape[1]), np.nan)
-        grid[self.ray] = values
-        both = filters.quad_differences(grid.reshape(*self.shape, -1))
-        ddx, ddy = (np.nan_to_num(d).reshape(len(grid), -1)[self.ray] for d in both)
-        return ddx, ddy
-
-
-def _levels(texels: F32, how: str) -> list[F32]:
-    return [texels] if how == "bilinear" else pyramid.chain(texels)
-
-
 def _picture(picture: EnvironmentMap, how: str, below: object) -> Callable[[F64, F64, F64], F64]:
     """Light (K, 3) of a picture in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
     levels = [picture.pixels] if how == "bilinear" else environment_levels(picture)
     chain = [replace(picture, pixels=pixels) for pixels in levels]
+
     def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
         light = filters.through_levels(
             lambda i, chosen: sample(chain[i], dir_env[chosen]),
@@ -195,10 +177,10 @@ class _Shader:
         self.scene, self.quality, self.contents = scene, quality, contents
         self.footprint = samples**-0.5
         # Round shapes are cast by formula; their mesh is never looked at.
-        self.meshes = [contents.mesh(s.shape, normal_map=isinstance(s.bump, NormalMap)) for s in scene.surfaces]
-        self.slopes = [
-            _levels(contents.slopes(surface.bump)[::-1], quality.bump_filter) if surface.bump is not None else None
-            for surface in scene.surfaces
+        self.reliefs = [Relief(surface, quality, contents, samples) for surface in scene.surfaces]
+        self.meshes = [
+            contents.mesh(surface.shape, normal_map=is_normal_mapped(relief.layers))
+            for surface, relief in zip(scene.surfaces, self.reliefs)
         ]
         self.surroundings = {e: _Surroundings(e, quality, contents, samples) for e in scene.environments}
 
@@ -247,46 +229,29 @@ class _Shader:
         dir_env = dirs @ env_from_world.T
         p_world = origins + hit.t[front, None] * dirs
         behind = np.einsum("ni,ni->n", n_env, dir_env) > 0
-        if surface.bump is not None:
-            n_env = self._bent(index, hit, front, n_env, linear, at)
+        geometry = np.where(behind[:, None], -n_env, n_env)
+        relief = self.reliefs[index]
+        if relief.layers:
+            if hit.uv is None:
+                raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
+            n_env = relief.bent(hit, front, n_env, linear, at)
         n_env = np.where(behind[:, None], -n_env, n_env)
+        if relief.layers:
+            n_env = reflect.facing(n_env, dir_env)
         eta = np.where(behind, surface.material.ior, 1 / surface.material.ior)
-        return self._light(surface, p_world, dir_env, n_env, eta, at)
+        return self._light(surface, p_world, dir_env, n_env, geometry, eta, at)
 
-    def _bent(self, index: int, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
-        surface, slopes = self.scene.surfaces[index], self.slopes[index]
-        bump = surface.bump
-        if hit.uv is None or hit.dpdu is None or hit.dpdv is None or bump is None or slopes is None:
-            raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
-        slope = self._slope(slopes, hit.uv[front], surface, at) * bump.slope_scale
-        dpdu, dpdv = hit.dpdu[front] @ linear.T, hit.dpdv[front] @ linear.T
-        if isinstance(bump, NormalMap):
-            t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
-            return bumps.bump_normal(n_env, slope[:, :1] * t + slope[:, 1:] * b)
-        return bumps.bump_normal(n_env, bumps.surface_gradient(n_env, dpdu, dpdv, slope))
-
-    def _slope(self, slopes: list[F32], uv: F64, surface: Surface, at: Place) -> F64:
-        """Slopes (K, 2) of the picture at surface coordinates uv (K, 2)."""
-        assert surface.bump is not None
-        how, level = self.quality.bump_filter, np.zeros(len(uv))
-        if how != "bilinear":
-            size = np.array(slopes[0].shape[1::-1]) * surface.bump.repeat * self.footprint
-            ddx, ddy = at.differences(uv)
-            if isinstance(surface.shape, Sphere | Torus):
-                ddx, ddy = filters.wrapped_difference(ddx), filters.wrapped_difference(ddy)
-            level = filters.isotropic_level(ddx * size, ddy * size)
-        place = uv * surface.bump.repeat
-        return filters.through_levels(
-            lambda i, chosen: bilinear_repeat(slopes[i], place[chosen]), level, len(slopes), how
-        )
-
-    def _light(self, surface: Surface, p_world: F64, dir_env: F64, n_env: F64, eta: F64, at: Place) -> F64:
+    def _light(
+        self, surface: Surface, p_world: F64, dir_env: F64, n_env: F64, geometry: F64, eta: F64, at: Place
+    ) -> F64:
         """What surface.frag's light() computes, for any material. eta: (K,) index of refraction on the eye's side over
         that on the other."""
         material, environment = surface.material, self.scene.environment_of(surface)
         around = self.surroundings[environment]
         color, metallic, roughness = np.array(material.base_color), material.metallic, material.roughness
         look = n_env if environment.lookup == "normal" else reflect.reflect_dir(dir_env, n_env)
+        if surface.bumps and environment.lookup == "reflection":
+            look = reflect.above_surface(look, geometry)
         n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
         dielectric = np.full(3, reflect.f0_from_ior(material.ior))
 
@@ -318,19 +283,7 @@ class _Shader:
             irradiance = around.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))
             result = result + kept * (1 - metallic) * (1 - material.transmission) * color * irradiance
         if is_transmissive:
-            through = looked_at(reflect.refract_dir(dir_env, n_env, eta))
+            bent = reflect.refract_dir(dir_env, n_env, eta)
+            through = looked_at(reflect.above_surface(bent, -geometry) if surface.bumps else bent)
             result = result + kept * (1 - metallic) * material.transmission * color * through
         return result
-
-
-def bilinear_repeat(texels: npt.NDArray[np.float32], uv: F64) -> F64:
-    """Bilinear look-up (..., C) at level 0 of (H, W, C), row 0 at t = 0, repeating both ways."""
-    height, width = texels.shape[:2]
-    x, y = uv[..., 0] * width - 0.5, uv[..., 1] * height - 0.5
-    left, low = np.floor(x), np.floor(y)
-    a, b = (x - left)[..., None], (y - low)[..., None]
-    columns = [(left.astype(np.intp) + i) % width for i in (0, 1)]
-    rows = [(low.astype(np.intp) + i) % height for i in (0, 1)]
-    near, far = (texels[row, columns[0]] * (1 - a) + texels[row, columns[1]] * a for row in rows)
-    result: F64 = near * (1 - b) + far * b
-    return result

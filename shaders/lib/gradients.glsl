@@ -94,3 +94,20 @@ vec2 slope_bspline(sampler2D coefficients, vec2 uv) {
     }
     return vec2(size) * vec2(slope_u, dot(along_v, rows.yzw - rows.xyz));
 }
+
+// The cubic B-spline itself, with these coefficients. The map repeats.
+float height_bspline(sampler2D coefficients, vec2 uv) {
+    ivec2 size = textureSize(coefficients, 0);
+    vec2 place = fract(uv) * vec2(size) - 0.5;
+    vec2 first = floor(place);
+    vec2 t = place - first;
+    vec4 across_u = cubic_weights(t.x), across_v = cubic_weights(t.y);
+    ivec2 start = ivec2(first) - 1 + 2 * size;
+    float height = 0.0;
+    for (int j = 0; j < 4; j++) {
+        for (int i = 0; i < 4; i++) {
+            height += across_v[j] * across_u[i] * texelFetch(coefficients, (start + ivec2(i, j)) % size, 0).r;
+        }
+    }
+    return height;
+}

@@ -46,3 +46,15 @@ float fresnel_dielectric(float cos_i, float eta) {
     float p = s * (c * cos_t - sines) / (c * cos_t + sines);
     return min(0.5 * (s * s + p * p), 1.0);
 }
+
+// A bent normal that faces away from the eye would be seen from behind: it is mirrored to the eye's side of the plane
+// that dir is normal to (Mikkelsen 2010, FixNormal). Continuous: at the edge it stays as it is. Unit for unit input.
+vec3 facing(vec3 n, vec3 dir) {
+    return n - 2.0 * max(dot(n, dir), 0.0) * dir;
+}
+
+// A direction that a bent normal sends under the surface would be mirrored once more by the next slope: it is mirrored
+// at the surface itself, whose normal n is. Continuous at the horizon. Unit for unit input.
+vec3 above_surface(vec3 dir, vec3 n) {
+    return dir - 2.0 * min(dot(dir, n), 0.0) * n;
+}

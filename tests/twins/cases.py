@@ -609,12 +609,12 @@ def _grounds() -> Rows:
 
 
 def _map_places(*more: Any) -> Callable[[], Rows]:
-    """Heights of 8 x 16 texels, and places within eleven turns of them in 256ths of a texel: centres, edges, between.
+    """Heights of 8 x 16 texels, and places within three turns of them in 256ths of a texel: centres, edges, between.
 
     All sums of places and all weights are exact then, also where a GPU's filter has 8 bits for them.
     """
     heights = inputs.uniform(8 * 16, seed=1).reshape(8, 16)
-    texels = np.random.default_rng(2).integers(-5 * 256 * 16, 6 * 256 * 16, (2000, 2)) // np.array([1, 2])
+    texels = np.random.default_rng(2).integers(-256 * 16, 2 * 256 * 16, (2000, 2)) // np.array([1, 2])
     texels[:500] = texels[:500] // 128 * 128
     return lambda: (heights, (texels / (256 * np.array([16, 8]))).astype(np.float32), *more)
 
@@ -626,6 +626,11 @@ def _slope_case(terms: int, *more: Any) -> Case:
         f"{terms} reads of heights below 1, of three roundings each and of as many when added, times 16 texels",
         abs=6 * terms * 16 * EPS,
     )
+
+
+def _height_case() -> Case:
+    """Heights below 1: sixteen products of two weights of some six roundings, added up."""
+    return Case(_map_places(), "16 reads of heights below 1, of eight roundings each", abs=8 * 16 * EPS)
 
 
 # ---- encodings
@@ -701,6 +706,7 @@ CASES: dict[str, Case] = {
     "gradients.slope_sobel": _slope_case(6),
     "gradients.slope_scharr": _slope_case(6),
     "gradients.slope_bspline": _slope_case(16),
+    "gradients.height_bspline": _height_case(),
     "gradients.cubic_weights": Case(
         lambda: (np.concatenate([[0, 1, 0.5], inputs.uniform(1000)]).astype(np.float32),),
         "terms up to 4 of some six roundings, over 6",
@@ -1049,6 +1055,16 @@ CASES: dict[str, Case] = {
     "reflect.reflect_dir": Case(
         lambda: (inputs.directions(4000, 1), inputs.directions(4000, 2)),
         "a dot product of three roundings, doubled, times n, and a difference, all of at most 2",
+        abs=10 * EPS,
+    ),
+    "reflect.facing": Case(
+        lambda: (inputs.directions(4000, 1), inputs.directions(4000, 2)),
+        "as reflect_dir; where the cosine is 0 nothing is added",
+        abs=10 * EPS,
+    ),
+    "reflect.above_surface": Case(
+        lambda: (inputs.directions(4000, 1), inputs.directions(4000, 2)),
+        "as reflect_dir",
         abs=10 * EPS,
     ),
     "reflect.f0_from_ior": Case(

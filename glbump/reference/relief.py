@@ -1,0 +1,143 @@
+"""A surface's bumps in float64: what shaders/bump_input.glsl adds up."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.contents import Contents
+from glbump.maps import pyramid
+from glbump.quality import Quality
+from glbump.reference import bump as bumps
+from glbump.reference import filter as filters
+from glbump.reference import gradients
+from glbump.reference.cast import Hits
+from glbump.relief import HEIGHTS, Layer, layers, terms
+from glbump.scene import Bump, NormalMap, Surface
+from glbump.shapes import Sphere, Torus
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+
+class Place:
+    """Where in a grid of rays some of them are."""
+
+    def __init__(self, ray: Index, shape: tuple[int, int]) -> None:
+        self.ray, self.shape = ray, shape
+
+    def differences(self, values: F64) -> tuple[F64, F64]:
+        """dFdx and dFdy (K, C) of values (K, C) of these rays; 0 beside rays that are not among them."""
+        grid = np.full((self.shape[0] * self.shape[1], values.shape[1]), np.nan)
+        grid[self.ray] = values
+        both = filters.quad_differences(grid.reshape(*self.shape, -1))
+        ddx, ddy = (np.nan_to_num(d).reshape(len(grid), -1)[self.ray] for d in both)
+        return ddx, ddy
+
+
+class Relief:
+    """The bumps of one surface."""
+
+    def __init__(self, surface: Surface, quality: Quality, contents: Contents, samples: int) -> None:
+        self.surface, self.how = surface, quality.bump_filter
+        self.footprint = samples**-0.5
+        self.layers = layers(surface, quality)
+        self.full = bool(self.layers) and terms(surface, quality, contents).full
+        self._maps = [self._levels(layer, contents) for layer in self.layers]
+
+    def _levels(self, layer: Layer, contents: Contents) -> list[F32]:
+        """(H, W, 1) of heights, else (H, W, 2 or 3) of slopes and heights; row 0 at v = 0."""
+        bump = layer.bump
+        if isinstance(bump, NormalMap):
+            texels = contents.slopes(bump)
+        elif layer.kind == HEIGHTS:
+            heights = contents.spline(bump) if layer.kernel == "bspline" else contents.heights(bump)
+            return [heights[::-1, :, None]]
+        else:
+            texels = np.concatenate([contents.slopes(bump, layer.kernel), contents.heights(bump)[..., None]], axis=-1)
+        return [texels[::-1]] if self.how == "bilinear" else pyramid.chain(texels[::-1])
+
+    def bent(self, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
+        """Normals (K, 3) of the hits `front`, bent. n_env: unit normals; linear: (3, 3) from the object's frame."""
+        assert hit.uv is not None
+        assert hit.dpdu is not None
+        assert hit.dpdv is not None
+        uv = hit.uv[front]
+        dpdu, dpdv = hit.dpdu[front] @ linear.T, hit.dpdv[front] @ linear.T
+        gradient = np.zeros_like(n_env)
+        height, by_uv = np.zeros(len(uv)), np.zeros_like(uv)
+        for layer, levels in zip(self.layers, self._maps):
+            bump = layer.bump
+            value = self._read(layer, levels, uv, at)
+            slope = value[:, :2] * bump.slope_scale
+            if isinstance(bump, NormalMap):
+                t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
+                gradient += slope[:, :1] * t + slope[:, 1:] * b
+            elif bump.scaling == "parameter":
+                gradient += bumps.invariant_gradient(n_env, dpdu, dpdv, slope)
+            else:
+                by_uv += slope
+                height += bump.amplitude * value[:, 2]
+        if self.full and hit.dndu is not None and hit.dndv is not None:
+            dndu, dndv = (self._turned(d[front], hit.n[front], linear) for d in (hit.dndu, hit.dndv))
+            gradient += bumps.full_gradient(n_env, dpdu, dpdv, dndu, dndv, height, by_uv)
+        else:
+            gradient += bumps.surface_gradient(n_env, dpdu, dpdv, by_uv)
+        return bumps.bump_normal(n_env, gradient)
+
+    @staticmethod
+    def _turned(change: F64, n: F64, linear: F64) -> F64:
+        """Changes (K, 3) of the unit normal in the frame that `linear` leads to, from those of the object's own."""
+        inverse = np.linalg.inv(linear)
+        normal, change = n @ inverse, change @ inverse
+        square = np.einsum("ni,ni->n", normal, normal)[:, None]
+        across = change - normal * np.einsum("ni,ni->n", normal, change)[:, None] / square
+        result: F64 = across / np.sqrt(square)
+        return result
+
+    def _read(self, layer: Layer, levels: list[F32], uv: F64, at: Place) -> F64:
+        """(K, 2 or 3): slopes of the map, and heights, at surface coordinates uv (K, 2)."""
+        bump = layer.bump
+        place = uv * bump.map_repeat
+        if layer.kind == HEIGHTS:
+            return _from_heights(levels[0][..., 0], place, layer.kernel)
+        level = np.zeros(len(uv))
+        if self.how != "bilinear":
+            size = np.array(levels[0].shape[1::-1]) * bump.map_repeat * self.footprint
+            ddx, ddy = at.differences(uv)
+            if isinstance(self.surface.shape, Sphere | Torus):
+                ddx, ddy = filters.wrapped_difference(ddx), filters.wrapped_difference(ddy)
+            level = filters.isotropic_level(ddx * size, ddy * size)
+        ends = isinstance(bump, Bump) and bump.border == "clamp"
+        value = filters.through_levels(
+            lambda i, chosen: bilinear(levels[i], place[chosen], ends), level, len(levels), self.how
+        )
+        if ends:
+            value[:, :2] *= (place >= 0) & (place <= 1)
+        return value
+
+
+def _from_heights(heights: F32, place: F64, kernel: str) -> F64:
+    """(K, 3): slopes and height of a map of heights, or of coefficients of their spline."""
+    slope = getattr(gradients, f"slope_{kernel}")(heights, place)
+    height = (gradients.height_bspline if kernel == "bspline" else gradients.height_at)(heights, place)
+    return np.concatenate([slope, height[:, None]], axis=-1)
+
+
+def bilinear(texels: F32, uv: F64, ends: bool = False) -> F64:
+    """Bilinear look-up (..., C) of (H, W, C), row 0 at t = 0, repeating both ways, or ending at its edges."""
+    height, width = texels.shape[:2]
+    x, y = uv[..., 0] * width - 0.5, uv[..., 1] * height - 0.5
+    left, low = np.floor(x), np.floor(y)
+    a, b = (x - left)[..., None], (y - low)[..., None]
+
+    def index(first: F64, i: int, count: int) -> Index:
+        at = first.astype(np.intp) + i
+        return np.clip(at, 0, count - 1) if ends else at % count
+
+    columns = [index(left, i, width) for i in (0, 1)]
+    rows = [index(low, i, height) for i in (0, 1)]
+    near, far = (texels[row, columns[0]] * (1 - a) + texels[row, columns[1]] * a for row in rows)
+    result: F64 = near * (1 - b) + far * b
+    return result
