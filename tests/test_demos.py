@@ -12,10 +12,10 @@ import pytest
 import glbump as gb
 from glbump.demo import EXHIBITS, chosen, gallery, letters, panorama, relief, write_maps
 from glbump.demo.knot import knot
-from glbump.demo.noise import fractal, value_noise
 from glbump.errors import SceneError
 from glbump.maps.images import read_colour, read_height, read_normals
 from glbump.maps.layout import latlong_dir
+from glbump.maps.noise import fractal, value_noise
 
 DEMOS = Path(__file__).parents[1] / "demos"
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from glbump.demo.noise import fractal, smooth_step, value_noise
 from glbump.maps.layout import latlong_dir
+from glbump.maps.noise import fractal, smooth_step, value_noise
 
 F32 = npt.NDArray[np.float32]
 

@@ -1,4 +1,4 @@
-"""Seeded noise that repeats, for the demo's pictures."""
+"""Seeded noise that repeats."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def fractal(x: F32, y: F32, period: int, octaves: int, seed: int, gain: float = 
         reach += weight
         weight *= gain
         # Periods need not grow with the frequency: no one sees a fine pattern repeat.
-        x, y, period = x * 2, y * 2, min(period * 2, 256)
+        x, y, period = x * 2, y * 2, period * 2 if period <= 128 else period
     return total / np.float32(reach)
 
 
