@@ -373,7 +373,7 @@ def test_opengl_too_old(renderer: gb.Renderer) -> None:
     [
         (edit("normalize(bent", "normalise(bent", "broken/lib/bump.glsl"), "normalise(bent", ("normalise",)),
         (edit("vec3 bent", "vec3 bend", "broken/lib/bump.glsl"), "abs(bent)", ("bent", "--debug")),
-        (edit("lib/bump.glsl", "lib/bumb.glsl", "broken/surface.frag"), "", ("did you mean 'lib/bump.glsl'?",)),
+        (edit("lib/bump.glsl", "lib/bumb.glsl", "broken/bump_input.glsl"), "", ("did you mean 'lib/bump.glsl'?",)),
         (remove("broken/surface.vert"), "", ("no shader file 'surface.vert'",)),
     ],
 )
