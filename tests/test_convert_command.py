@@ -65,9 +65,8 @@ def test_there_and_back(to: str, filter: str) -> None:
     was, back = latlong(), read_colour(Path("back.exr")).pixels
     shown = np.s_[:31] if to in HALVES else np.s_[:]
     error = np.abs(back - was)[shown]
-    print("ERR", to, filter, np.sqrt((error**2).mean()), error.max())
-    # Texels of 1.4 to 2.8 degrees, averaged twice, take up to 0.0031 off light that changes by up to 1.2 a radian; their
-    # centres 0.0005. The worst, 0.018, is at a cube's corners; at a mirror ball's rim, where one texel spans tens of
+    # Texels of 1.4 to 2.8 degrees, averaged twice, take up to 0.0031 off light that changes by up to 1.2 a radian;
+    # their centres 0.0005. The worst, 0.018, is at a cube's corners; at a mirror ball's rim, where a texel spans tens of
     # degrees, 0.10.
     assert np.sqrt((error**2).mean()) < 0.005, to
     assert error.max() < (0.15 if to == "mirror-ball" else 0.03), to
