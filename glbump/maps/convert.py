@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError, unknown
+from glbump.maps import remap
 from glbump.maps.area import area_means, do_each, solid_angles, weld
 from glbump.maps.layout import LATLONG, EnvironmentMap, Layout, completed, sample
 from glbump.maps.overlap import Grid, Place
@@ -72,6 +73,16 @@ def _require_finite(pixels: F32) -> None:
 
 def bilinear(environment: EnvironmentMap, target: Grid, below: Colour | None = None) -> F32:
     """(tiles, h, w, 3) float32 radiance at the centres of the target's texels, as `sample` has it."""
+    if remap.serves(Grid.of(environment), target):
+        result = remap.from_latlong(environment.pixels[0], target)
+    else:
+        result = _one_by_one(environment, target, below)
+    if target.scale != (1.0, 1.0):
+        weld(result, np.ones(target.shape), target)
+    return completed(target.layout, result)
+
+
+def _one_by_one(environment: EnvironmentMap, target: Grid, below: Colour | None) -> F32:
     result = np.empty((*target.shape, 3), np.float32)
     # Once, before threads ask for it.
     assert environment.padded is not None
@@ -86,9 +97,7 @@ def bilinear(environment: EnvironmentMap, target: Grid, below: Colour | None = N
             result[tile, rows, columns] = values
 
     do_each(work, target.places())
-    if target.scale != (1.0, 1.0):
-        weld(result, np.ones(target.shape), target)
-    return completed(target.layout, result)
+    return result
 
 
 def clamped(environment: EnvironmentMap, most: float) -> EnvironmentMap:
