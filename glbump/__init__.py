@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from glbump import reference as reference
     from glbump.camera import Camera as Camera
+    from glbump.displace import displaced as displaced
     from glbump.environment import BoxBounds as BoxBounds
     from glbump.environment import Captured as Captured
     from glbump.environment import Chrome as Chrome
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from glbump.scenefile import load_scene as load_scene
     from glbump.scenefile import save_scene as save_scene
     from glbump.shapes import Cube as Cube
+    from glbump.shapes import MeshData as MeshData
     from glbump.shapes import MeshFile as MeshFile
     from glbump.shapes import Plane as Plane
     from glbump.shapes import Quad as Quad
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
 # Module -> its public names; tests/test_setup.py holds it against the imports above.
 _PUBLIC = {
     "camera": ("Camera",),
+    "displace": ("displaced",),
     "environment": (
         "BoxBounds",
         "Captured",
@@ -87,7 +90,7 @@ _PUBLIC = {
     "quality": ("Quality",),
     "scene": ("Bump", "Material", "NormalMap", "Scene", "Surface", "with_value"),
     "scenefile": ("load_scene", "save_scene"),
-    "shapes": ("Cube", "MeshFile", "Plane", "Quad", "Sphere", "Torus", "Transform"),
+    "shapes": ("Cube", "MeshData", "MeshFile", "Plane", "Quad", "Sphere", "Torus", "Transform"),
 }
 _MODULE_OF = {name: module for module, names in _PUBLIC.items() for name in names}
 

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from glbump.errors import LimitError, MeshError, unknown
 from glbump.mesh import Mesh
 from glbump.meshformats.raw import Floats, Indices, Raw
+from glbump.shapes import MeshData
 from glbump.validate import LONGEST
 
 MOST_BYTES = 2_000_000_000
@@ -50,6 +51,16 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
         return _mesh(read(data))
     except (MeshError, LimitError) as why:
         raise type(why)(f"{file}: {why}") from None
+
+
+def mesh_of(data: MeshData) -> Mesh:
+    """The triangles of arrays, with what `load_mesh` finds of a file's. MeshError where there is nothing to draw."""
+    positions, rows = np.asarray(data.positions), np.asarray(data.triangles)
+    uv, normals = (None if values is None else np.asarray(values) for values in (data.uv, data.normals))
+    try:
+        return _mesh(Raw(positions, rows, uv, rows, normals, rows))
+    except MeshError as why:
+        raise MeshError(f"{data.name}: {why}") from None
 
 
 def _bytes(file: Path) -> bytes:

@@ -117,9 +117,84 @@ class MeshFile(check.Frozen):
             raise SceneError(f"mesh.path must be the path of a mesh file; got {shown(self.path)}")
         self._store(path=Path(self.path))
 
+    @property
+    def name(self) -> str:
+        """What notes and errors call it."""
+        return str(self.path)
 
-Shape = Quad | Plane | Cube | Sphere | Torus | MeshFile
-SHAPES: tuple[type[Any], ...] = (Quad, Plane, Cube, Sphere, Torus, MeshFile)
+
+@dataclass(frozen=True, eq=False)
+class MeshData(check.Frozen):
+    """A mesh from arrays, copied and kept read-only; equal to itself alone.
+
+    positions: (V, 3). triangles: (T, 3) whole numbers, rows of it, counter-clockwise seen from outside.
+    normals: (V, 3) of any length; where there are none, means of the triangles' round each vertex, weighted by angle.
+    uv: (V, 2), v up; bumps need them. A scene file holds no arrays: write them to a mesh file for that.
+    """
+
+    kind: ClassVar[str] = "mesh-data"
+    positions: npt.ArrayLike
+    triangles: npt.ArrayLike
+    normals: npt.ArrayLike | None = None
+    uv: npt.ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        positions = _rows("mesh_data.positions", self.positions, 3)
+        try:
+            given = np.array(self.triangles)
+        except ValueError:  # rows of different lengths
+            given = np.array(None)
+        if given.ndim != 2 or given.shape[1] != 3 or not len(given) or given.dtype.kind not in "iu":
+            raise SceneError(
+                "mesh_data.triangles must be an array (T, 3) of whole numbers, rows of positions; "
+                f"got shape {given.shape} and type {given.dtype}"
+            )
+        if given.min() < 0 or given.max() >= len(positions):
+            raise SceneError(
+                f"mesh_data.triangles must be rows of positions, 0 to {len(positions) - 1}; "
+                f"got {given.min()} to {given.max()}"
+            )
+        self._store(positions=positions, triangles=_read_only(given.astype(np.int64)))
+        for name, width in (("normals", 3), ("uv", 2)):
+            if getattr(self, name) is not None:
+                self._store(**{name: _rows(f"mesh_data.{name}", getattr(self, name), width, len(positions))})
+
+    @property
+    def name(self) -> str:
+        """What notes and errors call it."""
+        return f"a mesh of {len(np.asarray(self.triangles)):,} triangles"
+
+
+def _read_only(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    values.flags.writeable = False
+    return values
+
+
+def _rows(what: str, value: Any, width: int, count: int | None = None) -> npt.NDArray[Any]:
+    """A read-only copy (N, width), float64, of what lies within LONGEST; SceneError otherwise."""
+    try:
+        values = np.array(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(f"{what} must be an array (N, {width}) of numbers; got {shown(value)}") from None
+    if values.ndim != 2 or values.shape[1] != width or not len(values) or count not in (None, len(values)):
+        rows = "N" if count is None else f"{count:,}, one for each position"
+        raise SceneError(f"{what} must be an array ({rows}, {width}) of numbers; got shape {values.shape}")
+    wrong = ~(np.abs(values) <= check.LONGEST).all(axis=1)  # NaN compares false
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise SceneError(
+            f"{what} must be finite, and at most {check.LONGEST:g}; {np.count_nonzero(wrong):,} of {len(values):,} "
+            f"rows are not, the first is number {row:,}, {tuple(values[row].tolist())}"
+        )
+    return _read_only(values)
+
+
+Shape = Quad | Plane | Cube | Sphere | Torus | MeshFile | MeshData
+SHAPES: tuple[type[Any], ...] = (Quad, Plane, Cube, Sphere, Torus, MeshFile, MeshData)
+FILE_SHAPES = SHAPES[:-1]
+"""Those that a scene file can hold: no arrays."""
+MESHES = (MeshFile, MeshData)
+"""Shapes whose triangles are their own, whatever the segments."""
 
 
 STRETCH = 1e6

@@ -20,7 +20,7 @@ ROWS = (
     ("trade",),
     ("gl",),
     ("plan",),
-    ("reference", "relief", "contents", "scenefile", "demo"),
+    ("reference", "relief", "contents", "displace", "scenefile", "demo"),
     (
         "scene",
         "captures",

@@ -34,7 +34,7 @@ from glbump.errors import SceneError
 from glbump.image import ArrayImage
 from glbump.quality import PRESETS, Quality, quality_of
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface, check_size, with_value
-from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
+from glbump.shapes import Cube, MeshData, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 NAN, INF = float("nan"), float("inf")
 
@@ -46,6 +46,7 @@ NEEDED: dict[type[Any], dict[str, Any]] = {
     Sphere: {},
     Torus: {},
     MeshFile: {"path": "a.obj"},
+    MeshData: {"positions": [(0, 0, 0), (1, 0, 0), (0, 1, 0)], "triangles": [(0, 1, 2)]},
     Transform: {},
     Material: {},
     Bump: {"height": "a.png", "amplitude": 1},
@@ -97,6 +98,17 @@ REFUSED = [
     (Torus, {"tube": NAN}, r"torus\.tube must be .*; got nan"),
     (MeshFile, {"path": ""}, r"mesh\.path must be the path of a mesh file; got ''"),
     (MeshFile, {"path": None}, r"mesh\.path must be .*; got None"),
+    (MeshData, {"positions": 3}, r"mesh_data\.positions must be an array \(N, 3\) of numbers; got shape \(\)"),
+    (MeshData, {"positions": [(0, 0)]}, r"mesh_data\.positions .*; got shape \(1, 2\)"),
+    (MeshData, {"positions": [(0, 0, 0), (1,)]}, r"mesh_data\.positions must be an array"),
+    (MeshData, {"positions": [(0, 0, 0), (1, NAN, 0)]}, r".*; 1 of 2 rows are not, the first is number 1, \(1\.0, nan, 0"),
+    (MeshData, {"positions": [(0, 0, 1e19)]}, r"mesh_data\.positions must be finite, and at most 1e\+18"),
+    (MeshData, {"triangles": [(0, 1, 3)]}, r"mesh_data\.triangles must be rows of positions, 0 to 2; got 0 to 3"),
+    (MeshData, {"triangles": [(0, 1, -1)]}, r"mesh_data\.triangles must be rows .*; got -1 to 1"),
+    (MeshData, {"triangles": []}, r"mesh_data\.triangles must be an array \(T, 3\) of whole numbers.*; got shape \(0,\)"),
+    (MeshData, {"triangles": [(0.0, 1, 2)]}, r"mesh_data\.triangles .*; got shape \(1, 3\) and type float64"),
+    (MeshData, {"normals": [(0, 0, 1)]}, r"mesh_data\.normals must be an array \(3, one for each position, 3\)"),
+    (MeshData, {"uv": [(0, 0), (INF, 0), (0, 0)]}, r"mesh_data\.uv must be finite.*number 1, \(inf, 0"),
     (Transform, {"scale": 0}, r"transform\.scale must be at least 1e-18 .*got \(0\.0, 0\.0, 0\.0\)"),
     (Transform, {"scale": (1, 1)}, r"transform\.scale must be 3 numbers; got \[1, 1\]"),
     (Transform, {"translate": (0, 0, 1e19)}, r"transform\.translate\[2\] must be .*; got 1e\+19"),

@@ -19,7 +19,7 @@ from glbump.environment import Chrome, CubeMap, Fractal, LatLong, Sky
 from glbump.errors import SceneError
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.scenefile import load_scene, save_scene, set_from_text
-from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
+from glbump.shapes import Cube, MeshData, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 DESIGN = """
 [camera]
@@ -329,6 +329,18 @@ def test_saving_refuses_and_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(SceneError, match="there is no directory"):
         save_scene(Scene([], LatLong("a.exr")), tmp_path / "no" / "s.toml")
+
+
+def test_a_mesh_of_arrays_is_for_python_alone(tmp_path: Path) -> None:
+    scene = Scene([Surface(MeshData(np.eye(3), [(0, 1, 2)]))])
+    with pytest.raises(SceneError, match=r"^surface\.0\.shape holds a mesh of arrays, .*write it to a mesh file"):
+        save_scene(scene, tmp_path / "scene.toml")
+    assert not (tmp_path / "scene.toml").exists()
+    # Other values of such a scene can be set all the same.
+    changed = set_from_text(scene, "surface.0.material.metallic=0.5")
+    assert changed.surfaces[0].shape is scene.surfaces[0].shape
+    with pytest.raises(SceneError, match=r"unknown kind 'mesh-data'"):
+        set_from_text(scene, 'surface.0.shape={ kind = "mesh-data" }')
 
 
 # One value from text.
