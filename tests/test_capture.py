@@ -461,7 +461,9 @@ def test_from_inside_a_surface_nothing_is_captured(
 
 def test_sizes_that_do_not_fit() -> None:
     scene = Scene([_ball(environment=Captured(size=512))])
-    with pytest.raises(LimitError, match=r"512x512 pixels and this driver takes at most 256 a side; .* 256x256"):
+    with pytest.raises(
+        LimitError, match=r"size 512\) is 512x512 pixels and this driver takes at most 256 a side; .* 256x256"
+    ):
         make_plan(scene, EXACT, (8, 8), Contents(), Capabilities(max_cube_size=256))
     half = Scene([_ball(environment=Captured(size=512, faces="hemicube"))])
     with pytest.raises(LimitError, match="takes at most 1024 a side"):

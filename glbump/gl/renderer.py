@@ -192,7 +192,11 @@ class Renderer:
     ) -> moderngl.Framebuffer:
         """One of the pictures that a capture takes."""
         plan = self.plan(scene, size, quality)
-        return self._draw(self._ready(scene, plan, shown, None), self._targets_for("faces", plan))
+        try:
+            targets = self._targets_for("faces", plan)
+        except LimitError as why:
+            raise LimitError(f"environment.size {size[0]}, of what a surface captures: {why}") from None
+        return self._draw(self._ready(scene, plan, shown, None), targets)
 
     def _stats(self, scene: Scene, plan: Plan, draws: list[Draw]) -> dict[str, Any]:
         """All that is known before the frame is drawn."""

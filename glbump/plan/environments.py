@@ -109,7 +109,7 @@ def _layout(
     if isinstance(environment, Captured):
         layout = LAYOUTS[environment.layout]
         _, height, width = layout.shape(environment.size)
-        _require_room(name, layout, (width, height), capabilities)
+        _require_room(f"{name} (environment.size {environment.size})", layout, (width, height), capabilities)
         note(
             name,
             f"captured {layout.name} of {environment.size}",
