@@ -66,8 +66,8 @@ def test_there_and_back(to: str, filter: str) -> None:
     shown = np.s_[:31] if to in HALVES else np.s_[:]
     error = np.abs(back - was)[shown]
     # Texels of 1.4 to 2.8 degrees, averaged twice, take up to 0.0031 off light that changes by up to 1.2 a radian;
-    # their centres 0.0005. The worst, 0.018, is at a cube's corners; at a mirror ball's rim, where a texel spans tens of
-    # degrees, 0.10.
+    # their centres 0.0005. The worst, 0.018, is at a cube's corners; at a mirror ball's rim, where one texel spans
+    # tens of degrees, 0.10.
     assert np.sqrt((error**2).mean()) < 0.005, to
     assert error.max() < (0.15 if to == "mirror-ball" else 0.03), to
     # The test can fail: mirrored, turned or upside down it is off by a hundred times as much.

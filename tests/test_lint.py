@@ -110,6 +110,7 @@ def graded(pixels: F32) -> F32:
 ENVIRONMENT_FAULTS = [
     ("not finite", change((3, 5, 1), np.nan), "values that are not finite", "wrong"),
     ("infinite", change((3, 5), np.inf), "values that are not finite", "wrong"),
+    ("immense", change((3, 5), 1e35), "values without measure", "wrong"),
     ("a little negative", change((3, 5), -0.001), "negative radiance", "note"),
     ("very negative", change((3, 5), -500), "negative radiance", "doubtful"),
     ("upside down", lambda p: p[::-1], "upside down", "doubtful"),
@@ -439,7 +440,10 @@ def test_status_and_text(capsys: pytest.CaptureFixture[str]) -> None:
     save("sky.exr", latlong())
     save("down.exr", np.ascontiguousarray(latlong()[::-1]))
     assert run(["lint", "sky.exr"]) == 0
-    assert capsys.readouterr().out == "sky.exr: environment, since its name says so: nothing found\n"
+    assert (
+        capsys.readouterr().out
+        == "sky.exr: environment, since its name says so, and it is read as lat-long: nothing found\n"
+    )
     assert run(["lint", "sky.exr", "-q"]) == 0
     assert capsys.readouterr().out == ""
     assert run(["lint", "down.exr", "-q"]) == 1

@@ -85,6 +85,7 @@ def _report(files: tuple[Path, ...], use: str | None, most: Callable[[], int]) -
     if use == ENVIRONMENT:
         found, environment = _environment(pictures, files)
         size = environment.size if environment and not environment.has_own_grid else None
+        why += f", and it is read as {environment.layout.name}" if environment else ""
     else:
         found = [finding for file, stored in zip(files, pictures) for finding in _one(file, stored, use)]
         size = pictures[0].pixels.shape[1::-1]
@@ -106,7 +107,8 @@ def _light(stored: Stored) -> list[Finding]:
     """Of colour, whatever it is for."""
     found = values.alpha(stored, is_read=True)
     if stored.is_float:
-        found += values.not_finite(stored.pixels) + values.negative(_finite(stored).pixels)
+        finite = _finite(stored).pixels
+        found += values.not_finite(stored.pixels) + (values.too_large(finite) or values.negative(finite))
     return found
 
 
@@ -124,6 +126,8 @@ def _environment(pictures: list[Stored], files: tuple[Path, ...]) -> tuple[list[
         of_file = _light(stored) + values.colour_tags(tags_of(file))
         found += [replace(f, what=f"{file.name}: {f.what}") for f in of_file] if len(files) > 1 else of_file
     light = [colour_of(_finite(stored)) for stored in pictures]
+    if any(values.too_large(picture.pixels) for picture in light):
+        return found, None
     # The sun is on one face of six.
     whole = replace(light[0], pixels=np.concatenate([picture.pixels.reshape(1, -1, 3) for picture in light], axis=1))
     found += environments.low_range(whole) + environments.clipped_sun(whole) + environments.encoded_floats(whole)

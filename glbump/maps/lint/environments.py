@@ -245,10 +245,9 @@ def lies_well(environment: EnvironmentMap, picture: Picture) -> list[Finding]:
         found += not_two_to_one(width, height) if not on_border else []
         found += seam(picture.pixels, on_border=on_border)
         found += poles(picture.pixels)
-    found += edges_of_faces(environment)
-    found += upside_down(environment)
-    if environment.layout not in (LATLONG, CUBE):
-        found += [
-            Finding("taken on trust", note, "say the layout if it is another", NOTE) for note in environment.notes
-        ]
-    return found
+    faces = edges_of_faces(environment)
+    found += faces + upside_down(environment)
+    # Of faces that do not meet it has been said.
+    notes = () if faces else environment.notes
+    mend = "say the layout or the orientation if it is another"
+    return found + [Finding("taken for granted", note, mend, NOTE) for note in notes]

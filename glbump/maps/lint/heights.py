@@ -10,7 +10,7 @@ import numpy.typing as npt
 from glbump.maps.images import colour_of, unit_range
 from glbump.maps.lint.finding import DOUBTFUL, NOTE, WRONG, Finding
 from glbump.maps.lint.tags import Tags
-from glbump.maps.lint.values import alpha, data_tags, not_finite, not_tiling
+from glbump.maps.lint.values import alpha, data_tags, not_finite, not_tiling, too_large
 from glbump.maps.stored import Stored, count_and_first
 
 FLAT = 0.5
@@ -24,7 +24,8 @@ EIGHT_BITS = 256
 
 def check_heights(stored: Stored, tags: Tags) -> list[Finding]:
     """All that is found in a picture that is to be a height map."""
-    bad = not_finite(unit_range(stored.pixels, stored))
+    raw = unit_range(stored.pixels, stored)
+    bad = not_finite(raw) or too_large(raw)
     if bad:
         return bad
     grey = unit_range(stored.pixels[:, :, stored.colours()[0]], stored)

@@ -10,7 +10,7 @@ from glbump.maps.gradients import KERNELS, differences
 from glbump.maps.images import NORMAL_BEHIND, NORMAL_LENGTH_ERROR, length_error, unit_range, vectors_of
 from glbump.maps.lint.finding import DOUBTFUL, NOTE, WRONG, Finding
 from glbump.maps.lint.tags import Tags
-from glbump.maps.lint.values import alpha, data_tags, not_finite, not_tiling
+from glbump.maps.lint.values import alpha, data_tags, not_finite, not_tiling, too_large
 from glbump.maps.stored import Stored, count_and_first
 
 F32 = npt.NDArray[np.float32]
@@ -35,7 +35,7 @@ ENCODED_FLAT = (160, 210)
 def check_normals(stored: Stored, tags: Tags) -> list[Finding]:
     """All that is found in a picture that is to be a normal map."""
     raw = unit_range(stored.pixels, stored)
-    bad = not_finite(raw)
+    bad = not_finite(raw) or too_large(raw)
     if bad:
         return bad
     vectors = vectors_of(stored).pixels

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from glbump.maps.detect import detect
+from glbump.maps.heights import HIGHEST
 from glbump.maps.images import NORMAL_BEHIND, colour_of, length_error, vectors_of
 from glbump.maps.stored import Stored
 
@@ -47,8 +48,8 @@ def _by_content(stored: Stored) -> tuple[str, str]:
     r, g, b = (stored.pixels[:, :, i] for i in stored.colours())
     if r is g or (np.array_equal(r, g) and np.array_equal(r, b)):
         return HEIGHT, "it is grey"
-    # What is not finite is found later; here it must not decide.
-    if stored.is_float and not np.isfinite(stored.pixels).all():
+    # What is not finite, or beyond all measure, is found later; here it must not decide.
+    if stored.is_float and not (np.abs(stored.pixels) <= HIGHEST).all():
         return ENVIRONMENT, "it holds floats"
     vectors = vectors_of(stored).pixels
     if length_error(vectors) < NORMAL_LENGTH and float((vectors[..., 2] <= 0).mean()) <= NORMAL_BEHIND:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from glbump.maps.heights import HIGHEST
 from glbump.maps.lint.finding import DOUBTFUL, NOTE, WRONG, Finding, Floats, border
 from glbump.maps.lint.tags import SRGB_GAMMA, Tags
 from glbump.maps.stored import Stored, count_and_first
@@ -35,6 +36,15 @@ def not_finite(pixels: Floats) -> list[Finding]:
             WRONG,
         )
     ]
+
+
+def too_large(pixels: Floats) -> list[Finding]:
+    """Finite values of (H, W, C) past what glbump takes: sums and differences of them leave 32-bit floats."""
+    over = np.abs(pixels) > HIGHEST
+    if not over.any():
+        return []
+    why = f"{count_and_first(over)} are past {HIGHEST:g}, up to {float(np.abs(pixels).max()):.3g}"
+    return [Finding("values without measure", why, "scale the picture, or repair it", WRONG)]
 
 
 def negative(pixels: Floats) -> list[Finding]:
