@@ -15,7 +15,7 @@ from glbump.maps.detect import detect
 from glbump.maps.facefiles import STYLES, face_files
 from glbump.maps.files import DISPLAY_SUFFIXES, LINEAR_SUFFIXES, check_target, check_writable, write_picture
 from glbump.maps.images import read_colour
-from glbump.maps.layout import CUBE, LAYOUTS, EnvironmentMap, Layout, environment_levels, inside
+from glbump.maps.layout import CUBE, HEMICUBE, LAYOUTS, EnvironmentMap, Layout, environment_levels, inside
 from glbump.maps.overlap import Grid
 from glbump.maps.pictured import environment_of, picture_of
 from glbump.maps.stored import require_size
@@ -76,13 +76,17 @@ def target_layout(to: str, projection: str) -> Layout:
 def same_detail(environment: EnvironmentMap, layout: Layout) -> int:
     """The size, as `convert` takes it, that keeps the number of texels along 90 degrees."""
     per_quarter = environment.size[1] * 90 / environment.layout.span
-    return max(2, round(per_quarter * (90 if layout.name == "hemicube" else layout.span) / 90))
+    if layout is HEMICUBE:
+        return max(4, 2 * round(per_quarter / 2))
+    return max(2, round(per_quarter * layout.span / 90))
 
 
 def same_or_converted(
     environment: EnvironmentMap, layout: Layout, size: int, filter: Filter | None = None, clamp: float | None = None
 ) -> tuple[EnvironmentMap, str]:
     """The environment in another layout, and how: "area", "bilinear", or "as it is" where its texels already lie so."""
+    if layout is HEMICUBE and (size % 2 or size < 4):
+        raise ImageError(f"the side of a hemicube must be even and at least 4, since its sides are halves; got {size}")
     _, height, width = layout.shape(size)
     if environment.layout is layout and environment.size == (width, height) and not environment.has_own_grid:
         return environment if clamp is None else clamped(environment, clamp), "as it is"
