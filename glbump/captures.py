@@ -131,7 +131,7 @@ def require_outside(scene: Scene) -> None:
             inside = _holds(surface.shape, surface.transform.to_object(environment.position))
             if inside and surface.environment != environment:
                 raise SceneError(
-                    f"surface {i} ({surface.shape.kind}) is round {environment.position}, from where the scene is "
+                    f"surface {i} ({surface.shape.kind}) encloses {environment.position}, from where the scene is "
                     "captured, and hides all the rest; move it, or give environment.position another place"
                 )
 

@@ -450,7 +450,7 @@ def test_from_inside_a_surface_nothing_is_captured(
         captured = Captured(size=4, position=position)
         return Scene([_ball(environment=captured), Surface(shape, MIRROR, None, transform, environment or None)])
 
-    said = rf"surface 1 \({shape.kind}\) is round \(.*from where the scene is captured.*; move it, or give"
+    said = rf"surface 1 \({shape.kind}\) encloses \(.*from where the scene is captured.*; move it, or give"
     for draw in (renderer.plan, renderer.render, reference_render):
         with pytest.raises(SceneError, match=said):
             draw(scene(inside), (4, 4))
