@@ -33,7 +33,7 @@ def compressed(values: Floats) -> npt.NDArray[np.float64]:
 
 SEAM, SEAM_BESIDE = 2.0, 1.5
 """Two borders do not meet where they differ by more than this, times two lines inside, and this, times the lines just
-beside them. Of the columns inside four real panoramas 1 in 250 pass both; of their sides after a crop 6 in 7."""
+beside them. Of the columns inside four real panoramas 3 in 1000 pass both; of their sides after a crop 89 in 100."""
 
 
 @dataclass(frozen=True)
