@@ -62,9 +62,9 @@ def _text(cell: Cell) -> str:
     return _number(cell) if isinstance(cell, float) else str(cell)
 
 
-def markdown(section: Section) -> str:
-    """The section as a piece of a Markdown page."""
-    parts = [f"## {section.title}", section.text]
+def markdown(section: Section, measured_on: str = "") -> str:
+    """The section as a piece of a Markdown page. measured_on: where, if not where the rest of the page was."""
+    parts = [f"## {section.title}", *([f"Measured on: {measured_on}."] if measured_on else []), section.text]
     for table in section.tables:
         parts.append(_grid(table))
     if section.targets:
@@ -88,15 +88,32 @@ def _grid(table: Table) -> str:
     return "\n".join([lines[0], rule, *lines[1:]])
 
 
-def write(folder: Path, intro: str, machine: dict[str, Any], sections: Sequence[Section]) -> list[Path]:
-    """benchmarks.md and benchmarks.json into `folder`."""
+def write(
+    folder: Path, intro: str, machine: dict[str, Any], sections: Sequence[Section], *, keep: bool = False
+) -> list[Path]:
+    """benchmarks.md and benchmarks.json into `folder`. keep: what stands there of other sections stays."""
     from glbump.maps.files import write_atomically
 
-    table = Table(("machine", ""), [[k, str(v)] for k, v in machine.items()])
-    page = "\n\n".join(["# Benchmarks", intro, _grid(table), *map(markdown, sections)]) + "\n"
-    content = {"machine": machine, "sections": [asdict(s) for s in sections]}
+    path = folder / "benchmarks.json"
+    old = json.loads(path.read_text()) if keep and path.is_file() else {"machine": machine, "sections": []}
+    titles = [section.title for section in sections]
+    entries = {entry["title"]: entry for entry in old["sections"] if entry["title"] not in titles}
+    # A section keeps its place.
+    order = list(dict.fromkeys([entry["title"] for entry in old["sections"]] + titles))
+    elsewhere = {} if old["machine"] == machine else {"machine": machine}
+    entries |= {section.title: asdict(section) | elsewhere for section in sections}
+    content = {"machine": old["machine"], "sections": [entries[title] for title in order]}
+    table = Table(("machine", ""), [[k, str(v)] for k, v in content["machine"].items()])
+    page = "\n\n".join(["# Benchmarks", intro, _grid(table), *map(_kept, content["sections"])]) + "\n"
     written = []
     for name, text in (("benchmarks.md", page), ("benchmarks.json", json.dumps(content, indent=1) + "\n")):
         write_atomically(folder / name, text.encode())
         written.append(folder / name)
     return written
+
+
+def _kept(entry: dict[str, Any]) -> str:
+    """A section of benchmarks.json as a piece of a Markdown page."""
+    tables, targets = [Table(**table) for table in entry["tables"]], [Target(**target) for target in entry["targets"]]
+    measured_on = ", ".join(f"{what} {value}" for what, value in entry.get("machine", {}).items())
+    return markdown(Section(entry["title"], entry["text"], tables, targets), measured_on)

@@ -67,6 +67,18 @@ def test_what_was_noted_is_compared_as_it_was_printed() -> None:
     assert not largest("x", [0.0, 5.1]).kept
 
 
+def test_sections_named_leave_the_others_as_they_are(tmp_path: Path) -> None:
+    here, there = {"CPUs": 2}, {"CPUs": 16}
+    write(tmp_path, "Intro.", here, [Section("A", "How.", ()), Section("B", "Old.", (Table(("x",), [["1"]]),))])
+    write(tmp_path, "Intro.", there, [Section("C", "More.", ()), Section("A", "Again.", ())], keep=True)
+    page = (tmp_path / "benchmarks.md").read_text()
+    assert page.index("| CPUs    | 2 |") < page.index("## A") < page.index("## B") < page.index("## C")
+    assert "## A\n\nMeasured on: CPUs 16.\n\nAgain." in page
+    assert "## B\n\nOld.\n\n| x |" in page
+    write(tmp_path, "Intro.", there, [Section("C", "All.", ())])
+    assert "## A" not in (tmp_path / "benchmarks.md").read_text()
+
+
 # Timing
 
 
