@@ -7,8 +7,9 @@ positions alone. All triangles are counter-clockwise seen from outside.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +47,13 @@ class Mesh:
     dndv: Floats | None = None
     tangents: npt.NDArray[np.float32] | None = None
     notes: tuple[str, ...] = ()
+
+    def lengths(self, taken: Callable[[Floats], Any]) -> tuple[float, float]:
+        """Of dp/du and of dp/dv, what `taken` gives of those at all vertices, and never 0: 1 without u and v."""
+        if self.dpdu is None or self.dpdv is None:
+            return 1.0, 1.0
+        u, v = (max(float(taken(np.linalg.norm(d, axis=-1))), 1e-30) for d in (self.dpdu, self.dpdv))
+        return u, v
 
 
 def tessellate(shape: Shape, segments: int) -> Mesh:

@@ -11,6 +11,7 @@ from glbump.errors import SceneError
 
 ENVIRONMENT_LAYOUTS = ("given", "cube", "lat-long", "octahedral", "dual-paraboloid")
 BUMP_KERNELS = ("forward", "central", "half", "sobel", "scharr", "fourth", "bspline", "spectral")
+BUMP_FORMATS = ("float", "half", "slopes8", "slopes16", "rg8", "rg16", "rgb8", "rgb10", "oct24", "oct32")
 FILTERS = ("bilinear", "nearest-level", "trilinear")
 
 PRESETS: dict[str, dict[str, Any]] = {
@@ -23,6 +24,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "bump_kernel": "central",
         "bump_read": "baked",
         "bump_terms": "auto",
+        "bump_format": "half",
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.25,
@@ -38,6 +40,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "bump_kernel": "central",
         "bump_read": "baked",
         "bump_terms": "auto",
+        "bump_format": "half",
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.1,
@@ -54,6 +57,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "bump_kernel": "central",
         "bump_read": "baked",
         "bump_terms": "auto",
+        "bump_format": "float",
         "texture_format": "float",
         "frame_format": "float",
         "silhouette": 0.02,
@@ -77,7 +81,9 @@ class Quality(check.Frozen):
     the sample's footprint). bump_kernel: how heights become slopes, one of BUMP_KERNELS (docs/bump.md has what each
     loses). bump_read: slopes are "baked" once, or heights are read in the "shader", and their slopes taken there.
     bump_terms: "small" drops B (N/|N|)_u and _v, "full" keeps them, "auto" keeps them where they matter
-    (direction_error). texture_format, frame_format: "half" or "float".
+    (direction_error). bump_format: how textures keep the slopes of bumps, one of BUMP_FORMATS: as floats, in codes of
+    slopes, or, of normal maps, in codes of normals; the plan says what it costs. texture_format, frame_format: of
+    environments and of the picture itself, "half" or "float".
     silhouette: how far, in pixels, a curved shape's outline may lie from the true one.
     gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: source texels that
     a texel of its second level reads where its lobe is high; each further level reads twice as many.
@@ -92,6 +98,7 @@ class Quality(check.Frozen):
     bump_kernel: str = _FROM_PRESET
     bump_read: str = _FROM_PRESET
     bump_terms: str = _FROM_PRESET
+    bump_format: str = _FROM_PRESET
     texture_format: str = _FROM_PRESET
     frame_format: str = _FROM_PRESET
     silhouette: float = _FROM_PRESET
@@ -111,6 +118,7 @@ class Quality(check.Frozen):
         check.choice("quality.bump_kernel", values["bump_kernel"], BUMP_KERNELS)
         check.choice("quality.bump_read", values["bump_read"], ("baked", "shader"))
         check.choice("quality.bump_terms", values["bump_terms"], ("auto", "small", "full"))
+        check.choice("quality.bump_format", values["bump_format"], BUMP_FORMATS)
         for name in ("texture_format", "frame_format"):
             check.choice(f"quality.{name}", values[name], ("half", "float"))
         size = check.integer("quality.gloss_size", values["gloss_size"], least=8, most=1024)

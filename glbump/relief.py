@@ -6,12 +6,17 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from glbump.contents import Contents
+from glbump.maps.bump_formats import BUMP_FORMATS, CODED, PLAIN, BumpFormat
+from glbump.maps.encodings import ENCODINGS, HALF_DIM, HALF_MAX, slope_map
 from glbump.maps.gradients import IN_SHADERS
 from glbump.quality import Quality
 from glbump.scene import Bump, NormalMap, Surface
-from glbump.shapes import MeshData, MeshFile, Sphere, Torus
+from glbump.shapes import MESHES, MeshData, MeshFile, Sphere, Torus
+
+F32 = npt.NDArray[np.float32]
 
 SLOPES, NORMALS, HEIGHTS = "slopes", "normals", "heights"
 
@@ -19,32 +24,111 @@ SLOPES, NORMALS, HEIGHTS = "slopes", "normals", "heights"
 @dataclass(frozen=True)
 class Layer:
     """One bump as it is read: from a map of slopes, of a normal map's slopes, or of heights, whose gradient is taken
-    where they are seen. why: of heights, the reason for the one or the other."""
+    where they are seen. why: of heights, the reason for the one or the other. stored: how textures keep the map."""
 
     bump: Bump | NormalMap
     kind: str
     kernel: str
-    why: str = ""
+    why: str
+    stored: BumpFormat
+    stored_why: str
+
+    @property
+    def ends(self) -> bool:
+        """Whether the map ends at its edge, and does not repeat."""
+        return isinstance(self.bump, Bump) and self.bump.border == "clamp"
+
+    def filter(self, wanted: str) -> str:
+        """How the map is read, where the quality wants "bilinear", "nearest-level" or "trilinear"."""
+        return wanted if self.kind != HEIGHTS and self.stored.is_filtered else "bilinear"
+
+    def texels(self, contents: Contents, *, heights: bool) -> F32:
+        """(H, W, C), row 0 on top: slopes of the map's own u, v, or of a normal map's lengths; with the heights where
+        they are wanted; or heights alone, or the coefficients of their spline."""
+        if isinstance(self.bump, NormalMap):
+            return contents.slopes(self.bump)
+        if self.kind == HEIGHTS:
+            field = contents.spline(self.bump) if self.kernel == "bspline" else contents.heights(self.bump)
+            return field[..., None]
+        slopes = contents.slopes(self.bump, self.kernel)
+        return np.concatenate([slopes, contents.heights(self.bump)[..., None]], axis=-1) if heights else slopes
+
+    def most(self, contents: Contents) -> tuple[float, ...]:
+        """The largest slope of the map, twice, and the largest height, each of either sign."""
+        steepest = contents.steepest(self.bump, self.kernel)
+        return steepest, steepest, contents.highest(self.bump) if isinstance(self.bump, Bump) else 0.0
 
 
-def layers(surface: Surface, quality: Quality) -> tuple[Layer, ...]:
+def layers(surface: Surface, quality: Quality, contents: Contents) -> tuple[Layer, ...]:
     """How each of a surface's bumps is read."""
-    return tuple(_layer(bump, quality) for bump in surface.bumps)
+    return tuple(_layer(surface, bump, quality, contents) for bump in surface.bumps)
 
 
-def _layer(bump: Bump | NormalMap, quality: Quality) -> Layer:
+def _layer(surface: Surface, bump: Bump | NormalMap, quality: Quality, contents: Contents) -> Layer:
+    kind, kernel, why = _read(bump, quality)
+    return Layer(bump, kind, kernel, why, *_stored(surface, bump, kind, kernel, quality.bump_format, contents))
+
+
+def _read(bump: Bump | NormalMap, quality: Quality) -> tuple[str, str, str]:
+    """Kind and kernel, and why so."""
     kernel = quality.bump_kernel
     if isinstance(bump, NormalMap):
-        return Layer(bump, NORMALS, kernel, "a normal map is slopes already")
+        return NORMALS, kernel, "a normal map is slopes already"
     if kernel == "spectral" and bump.border == "clamp":
-        return Layer(bump, SLOPES, "central", "a map that ends has no spectrum")
+        return SLOPES, "central", "a map that ends has no spectrum"
     if quality.bump_read == "baked":
-        return Layer(bump, SLOPES, kernel, "slopes are made once")
+        return SLOPES, kernel, "slopes are made once"
     if kernel not in IN_SHADERS:
-        return Layer(bump, SLOPES, kernel, f"{kernel} gradients need the whole map")
+        return SLOPES, kernel, f"{kernel} gradients need the whole map"
     if bump.border == "clamp":
-        return Layer(bump, SLOPES, kernel, "beyond the edge of a map that ends there is nothing to take differences of")
-    return Layer(bump, HEIGHTS, kernel, "heights are read where they are seen")
+        return SLOPES, kernel, "beyond the edge of a map that ends there is nothing to take differences of"
+    return HEIGHTS, kernel, "heights are read where they are seen"
+
+
+def _stored(
+    surface: Surface, bump: Bump | NormalMap, kind: str, kernel: str, name: str, contents: Contents
+) -> tuple[BumpFormat, str]:
+    """How a map is kept that is to be kept as `name`, and what that costs."""
+    stored, why = BUMP_FORMATS[name], ""
+    if kind == HEIGHTS:
+        return BUMP_FORMATS["float"], "differences of what has fewer bits would be mostly rounding"
+    if kind == SLOPES and stored.is_normals:
+        stored, why = BUMP_FORMATS["slopes16"], f"{name} holds normals, and heights have slopes by u and v; "
+    steepest = contents.steepest(bump, kernel)
+    largest = max(steepest, contents.highest(bump)) if isinstance(bump, Bump) else steepest
+    if stored.name == "half" and (largest > HALF_MAX or 0.0 < steepest < HALF_DIM):
+        stored, why = BUMP_FORMATS["float"], f"values up to {largest:.3g} are too near to an end of a half's range; "
+    return stored, why + _cost(surface, bump, stored, steepest, contents)
+
+
+def _cost(surface: Surface, bump: Bump | NormalMap, stored: BumpFormat, steepest: float, contents: Contents) -> str:
+    """How many degrees a format costs normals of this map on this surface."""
+    if isinstance(bump, NormalMap):
+        tilt = steepest * abs(bump.scale)
+    elif bump.scaling == "parameter":
+        tilt = steepest * max(map(abs, bump.slope_scale))
+    else:
+        tilt = _slope(surface, bump, contents)
+    if stored.family == PLAIN:
+        # Each of both slopes is off by half a unit in the last place: all of it across, of a steep normal.
+        off = math.degrees((2**-11 if stored.name == "half" else 2**-24) * math.sin(math.atan(math.sqrt(2) * tilt)))
+        return f"normals are off by {off:.2g} degrees at most"
+    if stored.family == CODED:
+        encoding = slope_map(stored.bits, tilt)
+        mean, worst = encoding.mean, encoding.worst
+    else:
+        encoding = ENCODINGS[stored.encoding]
+        gentle = steepest * math.sqrt(2) <= 1
+        mean, worst = (encoding.mean_45, encoding.worst_45) if gentle else (encoding.mean, encoding.worst)
+        # Slopes times k turn a normal at most k times, or 1 / k times, as much.
+        scale = abs(bump.scale) if isinstance(bump, NormalMap) else 1.0
+        mean, worst = mean * max(scale, 1 / scale), worst * max(scale, 1 / scale)
+    more = ""
+    if not stored.is_filtered:
+        more = "; level 0, whose texels are decoded before they are averaged"
+    elif stored.bits == 8:
+        more = "; three times that between texels where a driver's filter rounds to 8 bits, as llvmpipe's does"
+    return f"normals are off by {mean:.2g} degrees on average, {worst:.2g} at most{more}"
 
 
 def is_normal_mapped(layers: tuple[Layer, ...]) -> bool:
@@ -103,8 +187,9 @@ def _slope(surface: Surface, bump: Bump, contents: Contents) -> float:
             lengths = 2 * math.pi * radius, math.pi * radius
         case Torus(radius=radius, tube=tube):
             lengths = 2 * math.pi * (radius - tube), 2 * math.pi * tube
-        case _:
-            size = float(np.ptp(contents.bounds(surface.shape), axis=0).max())
-            lengths = size, size
+        case shape:
+            # The shortest of flat shapes; of meshes, whose triangles may be anything, those in the middle.
+            taken = np.median if isinstance(shape, MESHES) else np.min
+            lengths = contents.mesh(shape).lengths(taken)
     steepest = contents.steepest(bump)
     return max(steepest * abs(scale) / (length * least) for scale, length in zip(bump.slope_scale, lengths))

@@ -211,6 +211,7 @@ REFUSED = [
     (Quality, {"bump_kernel": "prewitt"}, r"unknown quality\.bump_kernel 'prewitt'; .*central"),
     (Quality, {"bump_read": "bake"}, r"unknown quality\.bump_read 'bake'; did you mean 'baked'"),
     (Quality, {"bump_terms": "all"}, r"unknown quality\.bump_terms 'all'; .*auto, small, full"),
+    (Quality, {"bump_format": "rgb7"}, r"unknown quality\.bump_format 'rgb7'; did you mean .rgb8"),
     (Quality, {"environment_filter": "linear"}, r"unknown quality\.environment_filter 'linear'; did you mean"),
 ]  # fmt: skip
 

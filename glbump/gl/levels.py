@@ -23,19 +23,44 @@ UPLOAD_UNIT = 15
 
 _TEXTURE_2D, _TEXTURE_CUBE, CUBE_POSITIVE_X = 0x0DE1, 0x8513, 0x8515
 _MAX_LEVEL, _UNPACK_ALIGNMENT = 0x813D, 0x0CF5
-_FORMATS = {1: 0x1903, 2: 0x8227, 3: 0x1907}
-_TYPES = {"f2": (0x140B, np.float16), "f4": (0x1406, np.float32)}
-_INTERNAL = {("f2", 2): 0x822F, ("f2", 3): 0x881B, ("f4", 2): 0x8230, ("f4", 3): 0x8815}
+_RG, _RGB, _RGBA = 0x8227, 0x1907, 0x1908
+_TYPES: dict[str, tuple[int, type[np.generic]]] = {
+    "f2": (0x140B, np.float16),
+    "f4": (0x1406, np.float32),
+    "f1": (0x1401, np.uint8),
+    "nu2": (0x1403, np.uint16),
+    # Three codes in one integer, UNSIGNED_INT_2_10_10_10_REV, which moderngl has no name for.
+    "rgb10": (0x8368, np.uint32),
+}
+# What OpenGL keeps, and what it is given.
+_FORMATS = {
+    ("f2", 2): (0x822F, _RG),
+    ("f2", 3): (0x881B, _RGB),
+    ("f4", 2): (0x8230, _RG),
+    ("f4", 3): (0x8815, _RGB),
+    ("f1", 2): (0x822B, _RG),
+    ("f1", 3): (0x8051, _RGB),
+    ("nu2", 2): (0x822C, _RG),
+    ("nu2", 3): (0x8054, _RGB),
+    ("rgb10", 1): (0x8059, _RGBA),
+}
 
 
-def texture_2d(context: Context, levels: Sequence[F32], dtype: str) -> moderngl.Texture:
-    """A texture with given levels, each (h, w, 2 or 3), every one half the size of the last, rounded down.
+def texture_2d(context: Context, levels: Sequence[npt.NDArray[Any]], dtype: str) -> moderngl.Texture:
+    """A texture with given levels, each (h, w, channels), every one half the size of the last, rounded down.
 
-    dtype: "f2" or "f4". The levels need not go down to 1x1: look-ups past the last read the last.
+    dtype: "f2", "f4"; "f1", "nu2": 8 and 16 bits, read as 0..1; "rgb10": (h, w, 1), three codes in each integer.
+    The levels need not go down to 1x1: look-ups past the last read the last.
     """
     height, width, channels = levels[0].shape
-    texture = context.gl.texture((width, height), channels, levels[0].astype(_TYPES[dtype][1]), dtype=dtype)
-    _fill(context, texture, _TEXTURE_2D, dtype, [[(_TEXTURE_2D, level)] for level in levels[1:]])
+    pictures = [[(_TEXTURE_2D, level)] for level in levels]
+    if dtype == "rgb10":
+        texture = context.gl.texture((width, height), 4, dtype="f1")
+        _fill(context, texture, _TEXTURE_2D, dtype, pictures, first=0)
+        return texture
+    data = np.ascontiguousarray(levels[0], _TYPES[dtype][1])
+    texture = context.gl.texture((width, height), channels, data, dtype=dtype)
+    _fill(context, texture, _TEXTURE_2D, dtype, pictures[1:])
     return texture
 
 
@@ -53,9 +78,10 @@ def _fill(
     texture: moderngl.Texture | moderngl.TextureCube,
     kind: int,
     dtype: str,
-    levels: Iterable[Sequence[tuple[int, F32]]],
+    levels: Iterable[Sequence[tuple[int, npt.NDArray[Any]]]],
+    first: int = 1,
 ) -> None:
-    """Levels 1 and on, each a list of (OpenGL's name of the picture, its pixels)."""
+    """Levels `first` and on, each a list of (OpenGL's name of the picture, its pixels)."""
     i, u, p = ctypes.c_int, ctypes.c_uint, ctypes.c_void_p
     entry: Any = context.native.entry
     gl_type, numpy_type = _TYPES[dtype]
@@ -63,11 +89,11 @@ def _fill(
     entry("glPixelStorei", u, i)(_UNPACK_ALIGNMENT, 1)
     write = entry("glTexImage2D", u, i, i, i, i, i, u, u, p)
     last = 0
-    for last, pictures in enumerate(levels, 1):
+    for last, pictures in enumerate(levels, first):
         for name, pixels in pictures:
             data = np.ascontiguousarray(pixels, numpy_type)
             height, width, channels = data.shape
-            internal = _INTERNAL[dtype, channels]
-            write(name, last, internal, width, height, 0, _FORMATS[channels], gl_type, data.ctypes.data)
+            internal, given = _FORMATS[dtype, channels]
+            write(name, last, internal, width, height, 0, given, gl_type, data.ctypes.data)
     entry("glTexParameteri", u, u, i)(kind, _MAX_LEVEL, last)
     texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR if last else moderngl.LINEAR, moderngl.LINEAR)

@@ -19,8 +19,7 @@ from glbump.maps.layout import CUBE, LATLONG, Layout, environment_levels, resamp
 from glbump.maps.pyramid import chain
 from glbump.mesh import in_frame, in_repeats, outline
 from glbump.plan import EnvironmentPlan, Plan
-from glbump.relief import HEIGHTS, Layer
-from glbump.scene import Bump, NormalMap
+from glbump.relief import Layer
 from glbump.shapes import Shape
 
 F32 = npt.NDArray[np.float32]
@@ -170,27 +169,20 @@ class Store:
     def relief(self, layer: Layer, plan: Plan, *, full: bool) -> moderngl.Texture:
         """A bump's map as a texture, turned so that t = 0 is the picture's lower edge, v up: slopes, slopes and heights
         (`full`), heights, or the coefficients of their spline."""
-        how = plan.bump_filter if layer.kind != HEIGHTS else "bilinear"
+        how = layer.filter(plan.bump_filter)
 
         def make() -> tuple[Any, int]:
-            pixels = np.ascontiguousarray(self._relief(layer, full)[::-1])
-            texture = self._texture_2d(pixels, plan.slopes_format, how)
-            texture.repeat_x = texture.repeat_y = not (isinstance(layer.bump, Bump) and layer.bump.border == "clamp")
-            return texture, _bytes_of(texture.size, pixels.shape[-1], _DTYPES[plan.slopes_format], how)
+            texels = layer.texels(self._contents, heights=full)[::-1]
+            most = layer.most(self._contents)
+            levels = [layer.stored.stored(t, most) for t in ([texels] if how == "bilinear" else chain(texels))]
+            texture = texture_2d(self._context, levels, layer.stored.dtype)
+            texture.filter = FILTERS[how]
+            texture.repeat_x = texture.repeat_y = not layer.ends
+            return texture, sum(level.nbytes for level in levels)
 
-        key = ("relief", layer.kind, layer.kernel, full, bump_key(layer.bump), plan.slopes_format, how)
+        key = ("relief", layer.kind, layer.kernel, full, bump_key(layer.bump), layer.stored.name, how)
         result: moderngl.Texture = self._get(key, make)
         return result
-
-    def _relief(self, layer: Layer, full: bool) -> F32:
-        bump = layer.bump
-        if isinstance(bump, NormalMap):
-            return self._contents.slopes(bump)
-        if layer.kind == HEIGHTS:
-            heights = self._contents.spline(bump) if layer.kernel == "bspline" else self._contents.heights(bump)
-            return heights[..., None]
-        slopes = self._contents.slopes(bump, layer.kernel)
-        return np.concatenate([slopes, self._contents.heights(bump)[..., None]], axis=-1) if full else slopes
 
     def gloss(self, plan: EnvironmentPlan) -> moderngl.TextureCube:
         """An environment's roughness chain."""
@@ -233,15 +225,3 @@ class Store:
         key = ("mesh", shape and shape_key(shape), segments, tuple(attributes), repeat, normal_map)
         result: MeshBuffers = self._get(key, make)
         return result
-
-    def _texture_2d(self, pixels: npt.NDArray[np.float32], texture_format: str, how: str) -> moderngl.Texture:
-        levels = [pixels] if how == "bilinear" else chain(pixels)
-        texture = texture_2d(self._context, levels, _DTYPES[texture_format])
-        texture.filter = FILTERS[how]
-        return texture
-
-
-def _bytes_of(size: tuple[int, int], channels: int, dtype: str, how: str) -> int:
-    """Bytes of a texture with its levels, which add a third."""
-    level_0 = size[0] * size[1] * channels * int(dtype[1])
-    return level_0 if how == "bilinear" else level_0 * 4 // 3

@@ -15,6 +15,7 @@ from glbump.camera import projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.gl.textures import MeshBuffers
+from glbump.maps.bump_formats import code_range
 from glbump.maps.layout import EnvironmentMap, level_sizes, sheet_corners
 from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
@@ -205,6 +206,7 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
         values["repeat"] = np.array([np.divide(bump.map_repeat, per_mesh) for bump in bumps])
         values["slope_scale"] = np.array([_slope_scale(bump, world_unit) for bump in bumps])
         values["height_scale"] = np.array([getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps])
+        values["code_range"] = np.array([code_range(layer.most(contents)) for layer in how.layers])
         values["bump_footprint"] = plan.samples**-0.5
     material = surface.material
     f0 = f0_from_ior(material.ior)

@@ -24,6 +24,10 @@ from glbump.maps.stored import count_and_first
 F64 = npt.NDArray[np.float64]
 Stored = npt.NDArray[Any]
 
+HALF_MAX = 65504.0
+HALF_DIM = 2.0**-8
+"""Least peak of what is kept in halves: they end in steps of 2**-24, so 1/256 of it still has 8 bits."""
+
 _UP_LAST = [0, 2, 1]
 """Tangent space <-> the frame of `octahedral_place`, whose +Y is up."""
 
@@ -79,8 +83,8 @@ def _half_step(bits: int) -> float:
     return float(0.5 / (2 ** (bits - 1) - 1))
 
 
-def _codes(values: F64, bits: int) -> Stored:
-    """-1..1 -> the nearest codes."""
+def codes(values: F64, bits: int) -> Stored:
+    """-1..1 -> the nearest codes of so many bits."""
     middle = 2 ** (bits - 1)
     return np.rint(middle + (middle - 1) * values).astype(np.uint8 if bits <= 8 else np.uint16)
 
@@ -95,7 +99,7 @@ def _values(codes: Stored, bits: int) -> F64:
 
 def _rgb(bits: int) -> Encoding:
     half, step = np.degrees(_half_step(bits)), 1 / (2 ** (bits - 1) - 1)
-    pack, unpack = (_pack_10, _unpack_10) if bits == 10 else (lambda c: c, lambda c: c)
+    pack, unpack = (_pack_10, unpacked_10) if bits == 10 else (lambda c: c, lambda c: c)
     return Encoding(
         f"rgb{bits}",
         4 if bits == 10 else 3 * bits // 8,
@@ -105,7 +109,7 @@ def _rgb(bits: int) -> Encoding:
         21.65 * step,
         np.sqrt(3) * half,
         _any,
-        lambda n: pack(_codes(n, bits)),
+        lambda n: pack(codes(n, bits)),
         lambda stored: _unit(_values(unpack(stored), bits)),
     )
 
@@ -116,7 +120,8 @@ def _pack_10(codes: Stored) -> Stored:
     return wide[..., :1] | wide[..., 1:2] << 10 | wide[..., 2:] << 20 | np.uint32(3 << 30)
 
 
-def _unpack_10(packed: Stored) -> Stored:
+def unpacked_10(packed: Stored) -> Stored:
+    """(..., 1) as `_pack_10` has them -> (..., 3) codes of 10 bits."""
     return (packed >> np.arange(0, 30, 10, dtype=np.uint32) & 1023).astype(np.uint16)
 
 
@@ -152,7 +157,7 @@ def _rg(bits: int, mean: float) -> Encoding:
         23.99 * step,
         np.degrees(np.arcsin(np.sqrt(0.5) + np.sqrt(2) * half)) - 45,
         lambda n: n[..., 2] >= -1e-9,  # rounding puts none out of reach that is not
-        lambda n: _codes(n[..., :2], bits),
+        lambda n: codes(n[..., :2], bits),
         lambda stored: _with_z(_values(stored, bits)),
     )
 
@@ -177,7 +182,7 @@ def slope_map(bits: int, steepest: float = 1.0) -> Encoding:
         mean_45,
         worst,
         lambda n: np.abs(n[..., :2]).max(axis=-1) <= n[..., 2] * steepest * (1 + 1e-9),
-        lambda n: _codes(-n[..., :2] / n[..., 2:] / steepest, bits),
+        lambda n: codes(-n[..., :2] / n[..., 2:] / steepest, bits),
         lambda stored: _of_slopes(_values(stored, bits) * steepest),
     )
 
@@ -203,7 +208,7 @@ def _octahedral(bits: int, precise: bool) -> Encoding:
     (their listing 4); read in the same way."""
     half, step = np.degrees(_half_step(bits)), 1 / (2 ** (bits - 1) - 1)
     pack, unpack = (_pack_12, _unpack_12) if bits == 12 else (lambda c: c, lambda c: c)
-    nearest = _nearest_of_four if precise else lambda n, b: _codes(_place(n), b)
+    nearest = _nearest_of_four if precise else lambda n, b: codes(_place(n), b)
     return Encoding(
         f"oct{2 * bits}" + ("-precise" if precise else ""),
         2 * bits // 8,
@@ -231,12 +236,12 @@ def _unfolded(place: F64) -> F64:
 def _nearest_of_four(n: F64, bits: int) -> Stored:
     most = 2 ** (bits - 1) - 1
     low = np.minimum(np.floor(_place(n) * most), most - 1)
-    best, least = _codes(low / most, bits), np.full(n.shape[:-1], np.inf)
+    best, least = codes(low / most, bits), np.full(n.shape[:-1], np.inf)
     for corner in ((0, 0), (1, 0), (0, 1), (1, 1)):
         place = (low + corner) / most
         off = np.linalg.norm(_unfolded(place) - n, axis=-1)
         nearer = off < least
-        best[nearer], least = _codes(place, bits)[nearer], np.minimum(off, least)
+        best[nearer], least = codes(place, bits)[nearer], np.minimum(off, least)
     return best
 
 

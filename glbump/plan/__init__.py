@@ -19,9 +19,8 @@ from glbump.plan.choices import (
     fitting_format,
 )
 from glbump.plan.environments import brightest, environment_plan, parallax
-from glbump.plan.surfaces import apart, require_uv, steepest, surface_plan, world_bounds
+from glbump.plan.surfaces import apart, require_drawable, require_uv, surface_plan, world_bounds
 from glbump.quality import Quality
-from glbump.relief import HEIGHTS
 from glbump.scene import Scene
 
 __all__ = ["Capabilities", "Choice", "EnvironmentPlan", "Plan", "SurfacePlan", "make_plan"]
@@ -68,12 +67,8 @@ def make_plan(
         surface_plan(i, scene, quality, size, (number[i], defines[number[i]]), bool(alone), contents, note)
         for i, alone in enumerate(apart(boxes))
     )
-    limit = capabilities.max_texture_size
-    slope = max((steepest(i, scene, s.layers, contents, limit) for i, s in enumerate(surfaces)), default=0.0)
-    slopes_format = fitting_format("slopes format", quality.texture_format, "steepest bump", slope, note)
-    if slopes_format == "half" and any(layer.kind == HEIGHTS for s in surfaces for layer in s.layers):
-        slopes_format = "float"
-        note("heights format", "float", "differences of halves would be mostly rounding")
+    for i, how in enumerate(surfaces):
+        require_drawable(i, scene, how.layers, contents, capabilities.max_texture_size)
     sky_parallax = NO_PARALLAX
     if scene.environment.background:
         if scene.camera.projection == "perspective":
@@ -87,7 +82,6 @@ def make_plan(
         samples=quality.samples,
         environments=environments,
         bump_filter=quality.bump_filter,
-        slopes_format=slopes_format,
         frame_format=frame_format,
         sky=scene.environment.background,
         sky_parallax=sky_parallax,

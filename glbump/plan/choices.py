@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from glbump.environment import Chrome, Environment, Fractal, Sky
+from glbump.maps.encodings import HALF_DIM, HALF_MAX
 from glbump.maps.layout import (
     CUBE,
     EQUAL_AREA,
@@ -19,9 +20,6 @@ from glbump.maps.layout import (
 )
 from glbump.relief import Layer
 
-HALF_MAX = 65504.0
-HALF_DIM = 2.0**-8
-"""Least peak of what is kept in halves: they end in steps of 2**-24, so 1/256 of it still has 8 bits."""
 Note = Callable[[str, object, str], None]
 Defines = tuple[tuple[str, int], ...]
 
@@ -105,7 +103,6 @@ class Plan:
     samples: int
     environments: tuple[EnvironmentPlan, ...]
     bump_filter: str
-    slopes_format: str
     frame_format: str
     sky: bool
     sky_parallax: int

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from glbump import relief
 from glbump.contents import Contents
 from glbump.errors import LimitError, SceneError
+from glbump.maps.bump_formats import PLAIN
 from glbump.maps.gradients import IN_SHADERS
 from glbump.mesh import bounds, segments_for
 from glbump.plan.choices import (
@@ -57,12 +58,13 @@ def require_uv(index: int, surface: Surface, contents: Contents) -> None:
         )
 
 
-def steepest(index: int, scene: Scene, layers: tuple[Layer, ...], contents: Contents, most_pixels: int) -> float:
-    """The largest slope in the maps of a surface's bumps; LimitError where one cannot be drawn."""
-    return max((_steepest(index, scene.surfaces[index], layer, contents, most_pixels) for layer in layers), default=0.0)
+def require_drawable(index: int, scene: Scene, layers: tuple[Layer, ...], contents: Contents, most_pixels: int) -> None:
+    """LimitError where a map of a surface's bumps is too large, or too steep."""
+    for layer in layers:
+        _require_drawable(index, scene.surfaces[index], layer, contents, most_pixels)
 
 
-def _steepest(index: int, surface: Surface, layer: Layer, contents: Contents, limit: int) -> float:
+def _require_drawable(index: int, surface: Surface, layer: Layer, contents: Contents, limit: int) -> None:
     bump = layer.bump
     height, width = contents.slopes(bump).shape[:2]
     if width > limit or height > limit:
@@ -70,19 +72,17 @@ def _steepest(index: int, surface: Surface, layer: Layer, contents: Contents, li
             f"surface {index}: its bump picture is {width}x{height} pixels and this driver takes at most {limit} "
             "a side; shrink it first"
         )
-    slope = contents.steepest(bump, layer.kernel)
     if isinstance(bump, Bump):
         extent = 1.0
         if bump.scaling == "world":
             extent = float(np.ptp(contents.bounds(surface.shape), axis=0).max())
             extent *= float(np.abs(np.asarray(surface.transform.scale)).min())
-        rise = slope * max(map(abs, bump.slope_scale)) / extent
+        rise = contents.steepest(bump, layer.kernel) * max(map(abs, bump.slope_scale)) / extent
         if not rise <= STEEPEST:
             raise LimitError(
                 f"surface {index}: its bumps rise by {rise:.3g} times its size per unit of u or v; "
                 f"at most {STEEPEST:g}: lower bump.amplitude or bump.repeat"
             )
-    return slope
 
 
 def surface_plan(
@@ -139,7 +139,7 @@ def _bumps(
     name: str, surface: Surface, quality: Quality, contents: Contents, note: Note
 ) -> tuple[tuple[Layer, ...], dict[str, int]]:
     """How a surface's bumps are read, and the defines of that."""
-    layers = relief.layers(surface, quality)
+    layers = relief.layers(surface, quality, contents)
     if not layers:
         note(f"{name} bump", "none", "it has no bump" if surface.bump is None else "its amplitude or scale is 0")
         return (), {"BUMP": 0, "BUMP_FULL": 0, "BUMP_MIP": 0}
@@ -148,9 +148,9 @@ def _bumps(
         if isinstance(layer.bump, Bump):
             kinds[i] += CLAMPED * (layer.bump.border == "clamp") + PARAMETER * (layer.bump.scaling == "parameter")
         number = f" {i}" if len(layers) > 1 else ""
-        how = quality.bump_filter if layer.kind != relief.HEIGHTS else "level 0"
         what = layer.kind if layer.kind == relief.NORMALS else f"{layer.kind} ({layer.kernel})"
-        note(f"{name} bump{number}", f"{what}, {how}", layer.why)
+        note(f"{name} bump{number}", f"{what}, {layer.filter(quality.bump_filter)}", layer.why)
+        note(f"{name} bump{number} format", layer.stored.name, layer.stored_why)
     terms = relief.terms(surface, quality, contents)
     if any(isinstance(layer.bump, Bump) for layer in layers):
         why = f"without B (N/|N|)_u and _v normals are off by {terms.error:.2g} degrees at most"
@@ -162,7 +162,11 @@ def _bumps(
         "BUMP": len(layers),
         **{f"BUMP_{i}": kind for i, kind in enumerate(kinds)},
         "BUMP_FULL": int(terms.full),
-        "BUMP_MIP": int(quality.bump_filter != "bilinear" and read != {HEIGHTS}),
+        **{f"STORED_{i}": layer.stored.family for i, layer in enumerate(layers)},
+        **{f"MIDDLE_{i}": layer.stored.middle for i, layer in enumerate(layers)},
+        "BUMP_MIP": int(any(layer.filter(quality.bump_filter) != "bilinear" for layer in layers)),
+        "HAS_CODES": int(any(layer.stored.family != PLAIN for layer in layers)),
+        "HAS_FOLDED": int(any(not layer.stored.is_filtered for layer in layers)),
         "HAS_NORMALS": int(NORMALS in read),
         "HAS_PARAMETER": int(any(kind & PARAMETER for kind in kinds)),
         "HAS_WORLD": int(any(kind & 3 != NORMALS and not kind & PARAMETER for kind in kinds)),

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
 from glbump.contents import Contents
 from glbump.maps import pyramid
+from glbump.maps.bump_formats import CODED, FOLDED_BYTES, XY, XYZ, BumpFormat, code_range
 from glbump.quality import Quality
 from glbump.reference import bump as bumps
+from glbump.reference import encodings, gradients
 from glbump.reference import filter as filters
-from glbump.reference import gradients
 from glbump.reference.cast import Hits
 from glbump.relief import HEIGHTS, Layer, layers, terms
-from glbump.scene import Bump, NormalMap, Surface
+from glbump.scene import NormalMap, Surface
 from glbump.shapes import Sphere, Torus
 
 F32 = npt.NDArray[np.float32]
@@ -42,21 +45,15 @@ class Relief:
     def __init__(self, surface: Surface, quality: Quality, contents: Contents, samples: int) -> None:
         self.surface, self.how = surface, quality.bump_filter
         self.footprint = samples**-0.5
-        self.layers = layers(surface, quality)
+        self.layers = layers(surface, quality, contents)
         self.full = bool(self.layers) and terms(surface, quality, contents).full
         self._maps = [self._levels(layer, contents) for layer in self.layers]
 
-    def _levels(self, layer: Layer, contents: Contents) -> list[F32]:
-        """(H, W, 1) of heights, else (H, W, 2 or 3) of slopes and heights; row 0 at v = 0."""
-        bump = layer.bump
-        if isinstance(bump, NormalMap):
-            texels = contents.slopes(bump)
-        elif layer.kind == HEIGHTS:
-            heights = contents.spline(bump) if layer.kernel == "bspline" else contents.heights(bump)
-            return [heights[::-1, :, None]]
-        else:
-            texels = np.concatenate([contents.slopes(bump, layer.kernel), contents.heights(bump)[..., None]], axis=-1)
-        return [texels[::-1]] if self.how == "bilinear" else pyramid.chain(texels[::-1])
+    def _levels(self, layer: Layer, contents: Contents) -> list[F64]:
+        """(H, W, C), row 0 at v = 0, as the texture's filter sees them: what was stored, read back."""
+        texels, most = layer.texels(contents, heights=True)[::-1], layer.most(contents)
+        levels = [texels] if layer.filter(self.how) == "bilinear" else pyramid.chain(texels)
+        return [before_filter(layer.stored, level, most) for level in levels]
 
     def bent(self, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
         """Normals (K, 3) of the hits `front`, bent. n_env: unit normals; linear: (3, 3) from the object's frame."""
@@ -96,36 +93,58 @@ class Relief:
         result: F64 = across / np.sqrt(square)
         return result
 
-    def _read(self, layer: Layer, levels: list[F32], uv: F64, at: Place) -> F64:
+    def _read(self, layer: Layer, levels: list[F64], uv: F64, at: Place) -> F64:
         """(K, 2 or 3): slopes of the map, and heights, at surface coordinates uv (K, 2)."""
         bump = layer.bump
         place = uv * bump.map_repeat
         if layer.kind == HEIGHTS:
             return _from_heights(levels[0][..., 0], place, layer.kernel)
-        level = np.zeros(len(uv))
-        if self.how != "bilinear":
+        level, how = np.zeros(len(uv)), layer.filter(self.how)
+        if how != "bilinear":
             size = np.array(levels[0].shape[1::-1]) * bump.map_repeat * self.footprint
             ddx, ddy = at.differences(uv)
             if isinstance(self.surface.shape, Sphere | Torus):
                 ddx, ddy = filters.wrapped_difference(ddx), filters.wrapped_difference(ddy)
             level = filters.isotropic_level(ddx * size, ddy * size)
-        ends = isinstance(bump, Bump) and bump.border == "clamp"
         value = filters.through_levels(
-            lambda i, chosen: bilinear(levels[i], place[chosen], ends), level, len(levels), self.how
+            lambda i, chosen: bilinear(levels[i], place[chosen], layer.ends), level, len(levels), how
         )
-        if ends:
+        value = after_filter(layer.stored, value)
+        if layer.ends:
             value[:, :2] *= (place >= 0) & (place <= 1)
         return value
 
 
-def _from_heights(heights: F32, place: F64, kernel: str) -> F64:
+def before_filter(how: BumpFormat, texels: F32, most: Sequence[float]) -> F64:
+    """(H, W, C) texels as they come out of a texture that stores them so: slopes and heights, or x, y of normals, or
+    all of them, in shares of the last code."""
+    read = how.as_read(how.stored(texels, most))
+    if how.family == CODED:
+        range_of = code_range(most)[: texels.shape[-1]]
+        return encodings.signed_codes(read, how.middle) * range_of
+    if how.is_filtered:
+        return read
+    place = encodings.codes_from_bytes(read) if how.family == FOLDED_BYTES else read
+    return encodings.slope_from_normal(encodings.normal_from_octahedral(place, how.middle))
+
+
+def after_filter(how: BumpFormat, value: F64) -> F64:
+    """(K, C): slopes, of what the filter gave."""
+    if how.family == XY:
+        return encodings.slope_from_normal(encodings.normal_from_rg(value, how.middle))
+    if how.family == XYZ:
+        return encodings.slope_from_normal(encodings.normal_from_rgb(value, how.middle))
+    return value
+
+
+def _from_heights(heights: F64, place: F64, kernel: str) -> F64:
     """(K, 3): slopes and height of a map of heights, or of coefficients of their spline."""
     slope = getattr(gradients, f"slope_{kernel}")(heights, place)
     height = (gradients.height_bspline if kernel == "bspline" else gradients.height_at)(heights, place)
     return np.concatenate([slope, height[:, None]], axis=-1)
 
 
-def bilinear(texels: F32, uv: F64, ends: bool = False) -> F64:
+def bilinear(texels: F64, uv: F64, ends: bool = False) -> F64:
     """Bilinear look-up (..., C) of (H, W, C), row 0 at t = 0, repeating both ways, or ending at its edges."""
     height, width = texels.shape[:2]
     x, y = uv[..., 0] * width - 0.5, uv[..., 1] * height - 0.5

@@ -58,8 +58,8 @@ def render(
 
     samples: a pixel, a square number, on a regular grid; their mean is the pixel (linear light, box filter).
     quality: its filters say how maps are read, "exact" bilinearly at level 0, and its gloss_size and gloss_samples
-    which roughness chain; what surfaces capture is drawn with its samples. Storage (half floats, resampled cubes) is
-    not modelled. contents: maps already read. Errors as `glbump.render`.
+    which roughness chain, its bump_format what is read back of bumps; what surfaces capture is drawn with its samples.
+    Other storage (half floats, resampled cubes) is not modelled. contents: maps already read. Errors as `glbump.render`.
     Returns a Frame of float32 pixels; its stats["surface"] (H, W) says what all samples of a pixel see: PIECES times
     the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these.
     """

@@ -20,7 +20,7 @@ from glbump.gl.stability import MIRROR, SHARP, SIZE, even, smooth, waves
 from glbump.glsltest import Glsl, Sampler, inputs
 from glbump.maps import cube
 from glbump.maps.layout import CUBE, EnvironmentMap, sample
-from glbump.plan.choices import HALF_MAX
+from glbump.maps.encodings import HALF_MAX
 from glbump.plan.surfaces import STEEPEST
 from glbump.quality import Quality
 from glbump.scene import Bump, Material, Scene, Surface
