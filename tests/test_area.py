@@ -239,6 +239,13 @@ def test_texels_outside_a_disc_show_what_lies_next_to_them(layout: Layout) -> No
     assert (solid_angles(target) == 0).any()
 
 
+def test_blocks_of_cells_outside_a_disc_hold_no_light() -> None:
+    """Discs of 448 and more have blocks in their corners that the rim does not reach."""
+    picture = np.ones((1, 448, 448, 1), np.float32)
+    back = to_latlong(picture, Grid.by_size(ORTHOGRAPHIC, 448), Grid.by_size(LATLONG, 8))
+    assert np.abs(back - 1).max() < 2 * ROUNDING
+
+
 @pytest.mark.parametrize(
     ("old", "new"), [((16, 16), (16, 16)), ((32, 64), (8, 5)), ((7, 9), (40, 64)), ((64, 128), (4, 8))]
 )

@@ -268,9 +268,11 @@ class Overlap:
             one = radiance[..., channel].astype(np.float64)
             value = block.between(one)[parts.edge]
             below = value * parts.below
-            north = np.bincount(self._above, value * parts.width - below, (rows + 1) * self._count)
-            north += np.bincount(self._above + self._count, below, (rows + 1) * self._count)
-            north = north.reshape(rows + 1, self._count)
+            north = np.zeros((rows + 1, self._count))
+            flat = north.reshape(-1)
+            # Of no weights at all bincount makes integers: a block that lies outside a disc has no arcs.
+            flat += np.bincount(self._above, value * parts.width - below, flat.size)
+            flat += np.bincount(self._above + self._count, below, flat.size)
             north[-1] += (one * block.south).sum() * self._cells.step
             result[..., channel] = self._thickness * np.cumsum(north[:0:-1], axis=0)[::-1]
         return result
