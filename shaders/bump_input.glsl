@@ -45,13 +45,14 @@ uniform sampler2D bump_2;
 #if BUMP > 3
 uniform sampler2D bump_3;
 #endif
-uniform vec2 repeat[BUMP];
-uniform vec2 slope_scale[BUMP];  // slopes of the map to those of the surface's u, v (of tangents, for normal maps)
+// Of each layer; there are four at most.
+uniform vec2 repeat[4];
+uniform vec2 slope_scale[4];  // slopes of the map to those of the surface's u, v (of tangents, for normal maps)
 #if BUMP_FULL
-uniform float height_scale[BUMP];
+uniform float height_scale[4];
 #endif
 #if HAS_CODES
-uniform vec3 code_range[BUMP];  // what the last code stands for, of slopes and heights
+uniform vec3 code_range[4];  // what the last code stands for, of slopes and heights
 #endif
 #if BUMP_MIP
 uniform float bump_footprint;  // of a sample, in pixels

@@ -165,7 +165,7 @@ def test_an_error_leaves_the_renderer_as_it_was(renderer: gb.Renderer, tmp_path:
     objects = renderer.context.live_objects()
     wrong = [
         replace(SCENE, environment=gb.LatLong(tmp_path / "none.png")),
-        replace(SCENE, environment=gb.LatLong(SKY[:, :9])),
+        replace(SCENE, environment=gb.LatLong(np.full_like(SKY, np.nan))),
         replace(SCENE, surfaces=[replace(RING, bump=gb.Bump(tmp_path / "none.png", 1))]),
         replace(SCENE, surfaces=[RING, replace(RING, shape=gb.MeshFile(tmp_path / "none.obj"))]),
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +21,7 @@ from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, GENERAL, MESH
 from glbump.reference.reflect import f0_from_ior
-from glbump.scene import Bump, NormalMap, Scene, Surface
+from glbump.scene import MOST_BUMPS, Bump, NormalMap, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -203,10 +203,10 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
         bumps = [layer.bump for layer in how.layers]
         # The u,v of a mesh are counted in repeats already.
         per_mesh = mesh_repeat(how)
-        values["repeat"] = np.array([np.divide(bump.map_repeat, per_mesh) for bump in bumps])
-        values["slope_scale"] = np.array([_slope_scale(bump, world_unit) for bump in bumps])
-        values["height_scale"] = np.array([getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps])
-        values["code_range"] = np.array([code_range(layer.most(contents)) for layer in how.layers])
+        values["repeat"] = _of_layers([np.divide(bump.map_repeat, per_mesh) for bump in bumps])
+        values["slope_scale"] = _of_layers([_slope_scale(bump, world_unit) for bump in bumps])
+        values["height_scale"] = _of_layers([getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps])
+        values["code_range"] = _of_layers([code_range(layer.most(contents)) for layer in how.layers])
         values["bump_footprint"] = plan.samples**-0.5
     material = surface.material
     f0 = f0_from_ior(material.ior)
@@ -223,6 +223,12 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
         values["roughness"] = material.roughness
         values["gloss_level"] = material.roughness * (np.log2(environment.gloss[0]) - 2)
     return values
+
+
+def _of_layers(values: Sequence[npt.ArrayLike]) -> F64:
+    """As many rows as bump_input.glsl has places for."""
+    rows = np.array(values, np.float64)
+    return np.concatenate([rows, np.zeros((MOST_BUMPS - len(rows), *rows.shape[1:]))])
 
 
 def mesh_repeat(how: SurfacePlan) -> tuple[float, float]:
