@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import glbump as gb
-from glbump.demo import EXHIBITS, chosen, gallery, letters, panorama, relief, write_maps
+from glbump.demo import EXHIBITS, chosen, gallery, letters, panorama, relief, room, write_maps
 from glbump.demo.knot import knot
 from glbump.errors import SceneError
 from glbump.maps.images import read_colour, read_height, read_normals
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import latlong_dir, sample
 from glbump.maps.noise import fractal, value_noise
 
 DEMOS = Path(__file__).parents[1] / "demos"
@@ -94,6 +94,25 @@ def test_written_maps_pass_glbumps_own_checks(tmp_path: Path) -> None:
     assert np.abs(lengths - 1).max() < 0.01  # half a step of 8 bits in each of three channels: sqrt(3) / 254
     assert read_colour(tmp_path / "axes.png").pixels.shape == (6 * 256, 256, 3)
     assert gb.MeshFile(tmp_path / "knot.obj").path.read_text() == knot()
+
+
+def test_the_room_is_where_its_bounds_are() -> None:
+    seen = room.room(128)
+    x, y, z = room.HALF
+    # The middles of two tiles of the floor, dark and light, and the lamp.
+    dark, light = sample(seen, [(0.75, -y, 1.25), (1.25, -y, 1.25)])
+    assert light.min() > 3 * dark.max()
+    assert sample(seen, (0.3, y, 0.3)).min() > 5
+    # Each wall has its own colour, the window is in the one on the left.
+    red, blue = sample(seen, [(x, 0.9, 0), (-x, 0.9, 0)])
+    assert red.argmax() == 0
+    assert blue.argmax() == 2
+    assert sample(seen, (-x, 0.3, -1.8)).min() > 2
+    assert sample(seen, (-x, 0.3, 1.8)).max() < 1
+    # "-Z" begins with the minus: nothing is mirrored.
+    right, up = np.meshgrid(np.linspace(-0.5, 0.5, 100), np.linspace(-0.1, 0.5, 60))
+    written = sample(seen, np.stack([right, up, np.full_like(up, -z)], axis=-1))[..., 2] > 0.3
+    assert written[:, :50].any(axis=1).sum() < written[:, 50:].any(axis=1).sum()
 
 
 @pytest.mark.parametrize("name", ["bricks", "dimples", "waves", "stone", "weave", "quilt"])

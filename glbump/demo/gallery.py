@@ -4,16 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from glbump.camera import Camera
-from glbump.demo import knot, letters, panorama, relief
-from glbump.environment import Captured, Chrome, CubeMap, Fractal, LatLong
+from glbump.demo import knot, letters, panorama, relief, room
+from glbump.environment import (
+    BoxBounds,
+    Captured,
+    Chrome,
+    CubeMap,
+    Environment,
+    Fractal,
+    HemiCube,
+    Hemisphere,
+    LatLong,
+    LightProbe,
+    Octahedral,
+)
 from glbump.errors import SceneError, unknown
+from glbump.maps.convert import convert
 from glbump.maps.files import write_atomically, write_display, write_picture
+from glbump.maps.layout import (
+    CUBE,
+    EQUIDISTANT,
+    HEMICUBE,
+    LATLONG,
+    MIRROR_BALL,
+    OCTAHEDRAL,
+    EnvironmentMap,
+    Layout,
+)
+from glbump.maps.pictured import picture_of
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Sphere, Torus, Transform
 
@@ -172,13 +197,73 @@ def _captured(maps: Path) -> Scene:
     return Scene(surfaces, _evening(maps), Camera(eye=(0.2, 0.7, 5.2), target=(0, -0.12, 0), fov=31))
 
 
+def _knot_in(environment: Environment, maps: Path, material: Material = CHROME) -> Scene:
+    surface = Surface(MeshFile(maps / "knot.obj"), material, transform=Transform(rotate=(0, -18, 0)))
+    return Scene([surface], environment, Camera(eye=(0, 0.25, 4.0), fov=45))
+
+
+def _cross(maps: Path) -> Scene:
+    return _knot_in(CubeMap(maps / "cross.exr"), maps)
+
+
+def _hemicube(maps: Path) -> Scene:
+    return _knot_in(HemiCube(maps / "dome.exr"), maps)
+
+
+def _hemisphere(maps: Path) -> Scene:
+    sky = Hemisphere(maps / "sky.exr", projection="equidistant", below=(0.02, 0.035, 0.05))
+    return _knot_in(sky, maps, replace(GOLD, roughness=0))
+
+
+def _octahedral(maps: Path) -> Scene:
+    return _knot_in(Octahedral(maps / "octahedral.exr"), maps)
+
+
+def _probe(maps: Path) -> Scene:
+    return replace(_mirror_ball(maps), environment=LightProbe(maps / "probe.exr", projection="mirror-ball"))
+
+
+def _room(maps: Path) -> Scene:
+    x, y, z = room.HALF
+    walls = BoxBounds((-x, -y, -z), (x, y, z))
+    places = ((-1.2, -1.0, -0.9), (0.15, -0.85, 0.3), (1.25, -1.1, -0.3))
+    balls = [Surface(Sphere(y + 1.5), CHROME, transform=Transform(translate=(x, y, z))) for x, y, z in places]
+    return Scene(
+        balls, CubeMap(maps / "room.exr", bounds=walls), Camera(eye=(0.2, 0.1, 3.6), target=(0, -0.6, 0), fov=52)
+    )
+
+
+def _glass(maps: Path) -> Scene:
+    glass = Material(roughness=0, ior=1.5, transmission=1)
+    return Scene([Surface(Sphere(), glass)], _evening(maps), Camera(eye=(0, 0.25, 3.5), fov=45))
+
+
+# The lecture's order: looking up, formulas, tables, how tables are made, then bumps.
 EXHIBITS = (
-    Exhibit("brick-ball", "Heights of bricks on a chrome ball: the normals are bent, the outline stays", _brick_ball),
     Exhibit("mirror-ball", "A mirror: each pixel is the environment along the reflection vector", _mirror_ball),
     Exhibit("normal-lookup", "The same ball, looked up by its normal instead", _normal_lookup),
     Exhibit("simple", "An environment that is computed: up is blue, down is brown", _simple),
     Exhibit("medium", "Computed: sinusoids between grey and silver make chrome", _medium),
     Exhibit("complex", "Computed: each reflected ray is intersected with a fractal landscape", _complex, (960, 540)),
+    Exhibit("axes", "A cube map with its axes written on it, and what a mirror shows of them", _axes, exposure=0.0),
+    Exhibit("hemicube", "The upper half of a cube map, in half the memory; below, its mirror image", _hemicube),
+    Exhibit("hemisphere", "A fisheye picture of the sky, and one colour below the horizon", _hemisphere),
+    Exhibit(
+        "octahedral",
+        "The sphere unfolded to one square: few texels lost, no texel far from its neighbours",
+        _octahedral,
+    ),
+    Exhibit(
+        "captured",
+        "Table construction by projection: each ball shows the rest of the scene, in three bounces",
+        _captured,
+        (960, 600),
+    ),
+    Exhibit("cross", "A cube map from a cross, as environment packs have them", _cross),
+    Exhibit("probe", "The photograph of a mirror ball, on a mirror ball", _probe),
+    Exhibit("room", "A room with walls: each ball mirrors the floor it stands on", _room, (960, 600), exposure=0.0),
+    Exhibit("glass", "Glass: one refraction, and Fresnel's share of reflection", _glass),
+    Exhibit("brick-ball", "Heights of bricks on a chrome ball: the normals are bent, the outline stays", _brick_ball),
     Exhibit("brick-torus", "A ring of gold bricks", _brick_torus),
     Exhibit("quilted-cube", "A normal map on a cube of anodised metal", _quilted_cube),
     Exhibit("trefoil", "A mesh file: a knot of woven copper", _trefoil),
@@ -188,13 +273,6 @@ EXHIBITS = (
     Exhibit("metals", "Gold, roughness 0 to 1", _metals, (1120, 300)),
     Exhibit("dielectrics", "Lacquer, roughness 0.6 to 0", _dielectrics, (1120, 300)),
     Exhibit("orthographic", "An orthographic camera: parallel edges stay parallel", _orthographic, (720, 540)),
-    Exhibit("axes", "A cube map with its axes written on it, and what a mirror shows of them", _axes, exposure=0.0),
-    Exhibit(
-        "captured",
-        "Table construction by projection: each ball shows the rest of the scene, in three bounces",
-        _captured,
-        (960, 600),
-    ),
 )
 
 
@@ -207,8 +285,25 @@ def chosen(names: Iterable[str] = ()) -> tuple[Exhibit, ...]:
     return tuple(by_name[name] for name in names) or EXHIBITS
 
 
+@cache
+def _evening_map() -> EnvironmentMap:
+    return EnvironmentMap(LATLONG, panorama.evening()[None])
+
+
+def _write_evening(path: Path, layout: Layout, size: int, laid: str) -> None:
+    """The evening in another layout, as a picture."""
+    environment = convert(_evening_map(), layout, size, "bilinear")
+    write_picture(path, picture_of(environment, laid).astype(np.float16))
+
+
 MAPS: dict[str, Callable[[Path], None]] = {
-    "evening.exr": lambda path: write_picture(path, panorama.evening().astype(np.float16)),
+    "evening.exr": lambda path: write_picture(path, _evening_map().pixels[0].astype(np.float16)),
+    "cross.exr": lambda path: _write_evening(path, CUBE, 512, "hcross"),
+    "dome.exr": lambda path: _write_evening(path, HEMICUBE, 512, "hemicube-cross"),
+    "sky.exr": lambda path: _write_evening(path, EQUIDISTANT, 1024, "equidistant"),
+    "octahedral.exr": lambda path: _write_evening(path, OCTAHEDRAL, 1024, "octahedral"),
+    "probe.exr": lambda path: _write_evening(path, MIRROR_BALL, 1024, "mirror-ball"),
+    "room.exr": lambda path: write_picture(path, picture_of(room.room(), "hcross").astype(np.float16)),
     "bricks.exr": lambda path: write_picture(path, relief.bricks()),
     "dimples.exr": lambda path: write_picture(path, relief.dimples()),
     "waves.exr": lambda path: write_picture(path, relief.waves()),

@@ -39,15 +39,17 @@ def _face(name: str, colour: tuple[float, float, float], size: int) -> npt.NDArr
     face[line] *= 0.55
     border = np.minimum(np.minimum(right, 1 - right), np.minimum(down, 1 - down)) < 0.02
     face[border] = 0.9
-    dots = np.concatenate([_dots(name[0]), np.zeros((7, 1), bool), _dots(name[1])], axis=1)
+    marks = dots(name)
     # Eleven by seven dots above the middle of the face, each 1/32 of it wide.
     column, row = np.floor((right - 0.5) * 32 + 5.5), np.floor((down - 0.27) * 32 + 3.5)
     inside = (column >= 0) & (column < 11) & (row >= 0) & (row < 7)
     ink = np.zeros((fine, fine), bool)
-    ink[inside] = dots[row[inside].astype(int), column[inside].astype(int)]
+    ink[inside] = marks[row[inside].astype(int), column[inside].astype(int)]
     face[ink] = 0.95
     return face.reshape(size, 4, size, 4, 3).mean(axis=(1, 3))
 
 
-def _dots(letter: str) -> npt.NDArray[np.bool_]:
-    return np.array([[dot == "X" for dot in line] for line in _GLYPHS[letter]])
+def dots(text: str) -> npt.NDArray[np.bool_]:
+    """(7, 6 n - 1): where the n letters of a text have ink."""
+    letters = [np.array([[dot == "X" for dot in line] for line in _GLYPHS[letter]]) for letter in text]
+    return np.concatenate([np.pad(letter, ((0, 0), (0, 1))) for letter in letters], axis=1)[:, :-1]
