@@ -17,8 +17,8 @@ STEEPEST = 128.0
 """Steepest slope of a normal map, 89.55 degrees (the bound of Mikkelsen's surface gradient framework)."""
 
 
-HIGHEST = 1e30
-"""Most that a height may differ from 0, so that slopes of any picture stay 32-bit floats."""
+HIGHEST = float(np.float32(1e30))
+"""Most that a height may differ from 0, 1e30 as a 32-bit float has it, so that slopes of any picture are 32-bit floats."""
 
 
 def slopes(height: npt.NDArray[Any], kernel: str = "central", border: str = "wrap") -> F32:
