@@ -139,6 +139,11 @@ def _put(tables: dict[str, Any], dotted: str, value: Any) -> None:
     for name in way:
         key = slot(owner, name)
         owner = owner.setdefault(key, {}) if isinstance(owner, dict) else owner[key]
+    if last == "kind" and way and way[-1] in _KINDS and isinstance(owner, dict):
+        # What the new kind has no use for goes with the old one.
+        kinds = {cls.kind: {field.name for field in fields(cls)} for cls in _KINDS[way[-1]]}
+        for key in [key for key in owner if key not in kinds.get(value, owner)]:
+            del owner[key]
     owner[slot(owner, last)] = value
 
 

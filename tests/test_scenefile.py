@@ -407,3 +407,13 @@ def test_set_from_text_refuses(text: str, said: str) -> None:
         set_from_text(BASE, text)
     assert re.search(said, str(caught.value))
     assert "\n" not in str(caught.value)
+
+
+def test_another_kind_leaves_the_settings_of_the_old_one_behind() -> None:
+    scene = Scene([Surface(Sphere(radius=2))], LatLong("a.exr", rotation=30))
+    changed = set_from_text(scene, "environment.kind=chrome", "environment.bands=5", "surface.0.shape.kind=cube")
+    # What both have stays.
+    assert changed.environment == Chrome(bands=5, rotation=30)
+    assert changed.surfaces[0].shape == Cube()
+    with pytest.raises(SceneError, match=r"environment\.kind: unknown kind 'chrom'; did you mean 'chrome'"):
+        set_from_text(scene, "environment.kind=chrom")
