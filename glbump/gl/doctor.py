@@ -35,8 +35,9 @@ def report(*, time_limit: float = 60.0) -> Report:
 
     routes: every way, in the order "auto" tries them, then the window; each with route, backend, library, ok, and
     either info, is_software, seconds (to open it) and probes (of gl/probe.py), or error and mend. chosen: the route
-    that `open_context()` takes in this environment; None, with the reason in chosen_error, where there is none. A
-    process that takes longer than `time_limit` seconds counts as hung. gpus: device files, and whether they open.
+    that `open_context()` takes in this environment; None, with the reason in chosen_error, where there is none.
+    texturing: ok, and what gl/texturing.py found there, or error. A process that takes longer than `time_limit`
+    seconds counts as hung. gpus: device files, and whether they open.
     """
     listed = _ask("list", limit=time_limit)
     egl = listed.get("routes", [{"route": "egl", "backend": "egl", "library": "libEGL.so.1"} | listed])
@@ -45,10 +46,11 @@ def report(*, time_limit: float = 60.0) -> Report:
         {"route": "osmesa", "backend": "osmesa", "library": "libOSMesa"},
         {"route": "window", "backend": "window", "library": "glfw"},
     ]
-    questions = [("try", route["backend"], route["route"]) for route in routes if "error" not in route]
+    tries = [("try", route["backend"], route["route"]) for route in routes if "error" not in route]
+    questions: list[tuple[str, ...]] = [("choose",), ("texturing",), *tries]
     # Two at a time: each compiles shaders for a while, or hangs.
     with ThreadPoolExecutor(2) as pool:
-        chosen, *answers = pool.map(lambda question: _ask(*question, limit=time_limit), [("choose",), *questions])
+        chosen, texturing, *answers = pool.map(lambda question: _ask(*question, limit=time_limit), questions)
     answered = iter(answers)
     return {
         "glbump": version("glbump"),
@@ -59,6 +61,7 @@ def report(*, time_limit: float = 60.0) -> Report:
         "gpus": _gpus(),
         "chosen": chosen.get("route"),
         "chosen_error": chosen.get("error"),
+        "texturing": texturing,
         "routes": [route if "error" in route else route | next(answered) for route in routes],
     }
 
@@ -125,6 +128,7 @@ def _lines(report: Report) -> Iterator[str]:
         if route["ok"] and route["route"] == report["chosen"]:
             yield ""
             yield from _findings(route)
+            yield from _looks(report["texturing"])
     steps = advice(report)
     if steps:
         yield ""
@@ -163,6 +167,16 @@ def _findings(route: Report) -> Iterator[str]:
             heading = ""
 
 
+def _looks(texturing: Report) -> Iterator[str]:
+    """The verdicts on look-ups, as a table."""
+    yield f"  texturing        {texturing['meaning' if texturing['ok'] else 'error']}"
+    if texturing["ok"]:
+        yield f"  {'':<15}  {'look-up':<32}  precision  from the middle  error"
+    for found in texturing.get("verdicts", ()):
+        error = f"{found['least']:+.4f} to {found['most']:+.4f}"
+        yield f"  {'':<15}  {found['name']:<32}  {found['grade']:<9}  {found['from_middle']:15.2f}  {error}"
+
+
 def _ask(*question: str, limit: float) -> Report:
     """The answer of a fresh process to `question`; {ok: False, error, mend} where it crashes, hangs or babbles."""
     command = [sys.executable, "-m", "glbump.gl.doctor", *question]
@@ -186,13 +200,15 @@ def _answer(question: str, backend: str = "auto", route: str = "") -> Report:
     from glbump.gl.context import Context, open_context
     from glbump.gl.native import RouteError
     from glbump.gl.probe import probe
+    from glbump.gl.texturing import texturing
     from glbump.gl.ways import Attempt, ways
 
-    if question == "choose":
+    if question in ("choose", "texturing"):
         try:
-            return {"ok": True, "route": open_context().route}
+            context = open_context()
         except ContextError as error:
             return {"ok": False, "error": str(error)}
+        return {"ok": True} | (texturing(context) if question == "texturing" else {"route": context.route})
     if question == "list":
         routes = [
             {"route": way.route, "library": way.library, "backend": "egl"}

@@ -23,22 +23,31 @@ void main() { gl_Position = vec4(4 * (gl_VertexID & 1) - 1, 2 * (gl_VertexID & 2
 _LEVEL_SIZE, _TOP_LEVEL = 256, 8
 
 
-def _draw(
+def draw(
     context: Context,
     size: tuple[int, int],
     body: str,
     texture: moderngl.Texture | moderngl.TextureCube | None = None,
+    coordinates: moderngl.Texture | None = None,
+    version: int = 330,
     **uniforms: float,
 ) -> Floats:
-    """What `body` (GLSL that sets vec4 `result`) yields for each pixel: (height, width, 4) float32, row 0 below."""
+    """What `body` (GLSL that sets vec4 `result`) yields for each pixel: (height, width, 4) float32, row 0 below.
+
+    It has `texture` as sampler `map`, and `coordinates` as sampler2D of that name.
+    """
     gl = context.gl
     kind = "samplerCube" if isinstance(texture, moderngl.TextureCube) else "sampler2D"
     declared = "".join(f"uniform float {name};\n" for name in uniforms)
     declared += f"uniform {kind} map;\n" if texture else ""
+    declared += "uniform sampler2D coordinates;\n" if coordinates else ""
     program = gl.program(
         vertex_shader=_VERTEX,
-        fragment_shader=f"#version 330\n{declared}out vec4 result;\nvoid main() {{\n{body}\n}}\n",
+        fragment_shader=f"#version {version}\n{declared}out vec4 result;\nvoid main() {{\n{body}\n}}\n",
     )
+    if coordinates:
+        program["coordinates"] = 1
+        coordinates.use(1)
     for name, value in uniforms.items():
         program[name] = value
     target = gl.texture(size, 4, dtype="f4")
@@ -78,7 +87,7 @@ def filter_weights(context: Context) -> Finding:
         # 64 x 64 pixels in reading order; between the centres of the two texels u runs from 1/4 to 3/4.
         body = "float i = floor(gl_FragCoord.y) * 64 + floor(gl_FragCoord.x);\n"
         body += "result = textureLod(map, vec2(0.25 + 0.5 * i / count, 0.5), 0);"
-        read = _draw(context, (64, 64), body, texture, count=count)[..., 0].ravel()
+        read = draw(context, (64, 64), body, texture, count=count)[..., 0].ravel()
         found[name] = {"levels": len(np.unique(read)), "max_error": float(np.abs(read - exact).max())}
         texture.release()
     coarse = [name for name in found if found[name]["levels"] <= 257]
@@ -99,7 +108,7 @@ def level_of_detail(context: Context) -> Finding:
     vec2 block = floor(gl_FragCoord.xy / 2);
     float wanted = 7 * block.x / count;
     result = texture(map, (gl_FragCoord.xy - 2 * block) * exp2(wanted) / 256);"""
-    read = _draw(context, (2 * steps, 2), body, texture, count=steps)[0, ::2, 0]
+    read = draw(context, (2 * steps, 2), body, texture, count=steps)[0, ::2, 0]
     texture.release()
     wanted = 7 * np.arange(steps) / steps
     error = read - wanted
@@ -123,7 +132,7 @@ def anisotropy(context: Context) -> Finding:
     for limit in limits:
         texture.anisotropy = float(limit)
         body = "result = texture(map, gl_FragCoord.xy * vec2(16, 1) / 256);"
-        levels[str(limit)] = float(_draw(context, (16, 16), body, texture)[8, 8, 0])
+        levels[str(limit)] = float(draw(context, (16, 16), body, texture)[8, 8, 0])
     texture.release()
     if len(levels) == 1:
         honoured, meaning = False, "this driver has no anisotropic filtering"
@@ -167,7 +176,7 @@ def nan_in_mips(context: Context) -> Finding:
     texture.build_mipmaps()
     counts = [int(np.isnan(np.frombuffer(texture.read(level=level), "f4")).sum()) for level in range(4)]
     texture.filter = (context.gl.LINEAR, context.gl.LINEAR)
-    beside = _draw(context, (1, 1), "result = textureLod(map, vec2(1.5, 2.5) / 8, 0);", texture)[0, 0, 0]
+    beside = draw(context, (1, 1), "result = textureLod(map, vec2(1.5, 2.5) / 8, 0);", texture)[0, 0, 0]
     texture.release()
     return {
         "nan_per_level": counts,
@@ -187,7 +196,7 @@ def cube_edges(context: Context) -> Finding:
     texture.filter = (context.gl.LINEAR, context.gl.LINEAR)
     bodies = {"edge": "vec3(1, 0, 1)", "corner": "vec3(1, 1, 1)"}
     read = {
-        name: float(_draw(context, (1, 1), f"result = texture(map, {at});", texture)[0, 0, 0])
+        name: float(draw(context, (1, 1), f"result = texture(map, {at});", texture)[0, 0, 0])
         for name, at in bodies.items()
     }
     texture.release()
@@ -205,10 +214,10 @@ def cube_edges(context: Context) -> Finding:
 def denormals(context: Context) -> Finding:
     """Whether 1e-40 survives arithmetic, and whether half textures keep 2^-24."""
     body = "float tiny = a * b;\nresult = vec4(tiny * c * d, 0, 0, 0);"
-    kept = float(_draw(context, (1, 1), body, a=1e-30, b=1e-10, c=1e30, d=1e10)[0, 0, 0])
+    kept = float(draw(context, (1, 1), body, a=1e-30, b=1e-10, c=1e30, d=1e10)[0, 0, 0])
     texture = context.gl.texture((1, 1), 1, np.array([2.0**-24], "f2"), dtype="f2")
     texture.filter = (context.gl.NEAREST, context.gl.NEAREST)
-    half = float(_draw(context, (1, 1), "result = textureLod(map, vec2(0.5), 0) * 16777216;", texture)[0, 0, 0])
+    half = float(draw(context, (1, 1), "result = textureLod(map, vec2(0.5), 0) * 16777216;", texture)[0, 0, 0])
     texture.release()
     float_kept, half_kept = abs(kept - 1) < 0.01, abs(half - 1) < 0.01
     words = ("flushed to 0", "kept")

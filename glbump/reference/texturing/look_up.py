@@ -127,20 +127,21 @@ def anisotropic_2d(
     limit: int,
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat"),
 ) -> Interval:
-    """Values (..., C) of an anisotropic trilinear look-up: of any weights of any samples on the longer side of the
-    footprint. ddx, ddy: changes (..., 2) of uv; detail: of glbump.reference.texturing.detail.detail_anisotropic.
+    """Values (..., C) of an anisotropic trilinear look-up: of any weights of any samples in the footprint.
 
-    The extension leaves samples and weights open, so that whatever lies between the values along the side is allowed.
+    ddx, ddy: changes (..., 2) of uv; detail: of glbump.reference.texturing.detail.detail_anisotropic.
+    EXT_texture_filter_anisotropic leaves samples and weights open, so whatever lies between values there is allowed.
     """
     places = np.asarray(uv, np.float64)
     x, y = (np.broadcast_to(np.asarray(side, np.float64), places.shape) for side in (ddx, ddy))
     texels = np.array(levels[0].shape[1::-1], np.float64)
-    is_x = np.linalg.norm(x * texels, axis=-1) >= np.linalg.norm(y * texels, axis=-1)
-    side = np.where(is_x[..., None], x, y)
-    # Boxes that cover the side, each at most half a texel of the finest level read.
+    is_x = (np.linalg.norm(x * texels, axis=-1) >= np.linalg.norm(y * texels, axis=-1))[..., None]
+    longer, shorter = np.where(is_x, x, y), np.where(is_x, y, x)
+    # Boxes one after another on the longer side: half a texel, of the finest level read, and the shorter side.
     count = 2 * limit
+    reach = np.abs(longer) / (2 * count) + np.abs(shorter) / 2
     found = [
-        texture_2d(levels, places + side * offset, detail, precision, wrap=wrap, along=np.abs(side) / (2 * count))
+        texture_2d(levels, places + longer * offset, detail, precision, wrap=wrap, along=reach)
         for offset in (np.arange(count) + 0.5) / count - 0.5
     ]
     return Interval(np.min([f.low for f in found], axis=0), np.max([f.high for f in found], axis=0))
