@@ -18,7 +18,7 @@ STEEPEST = 128.0
 
 
 HIGHEST = float(np.float32(1e30))
-"""Most that a height may differ from 0, 1e30 as a 32-bit float has it, so that slopes of any picture are 32-bit floats."""
+"""Most that a height may differ from 0, 1e30 in 32 bits, so that slopes of any picture stay 32-bit floats."""
 
 
 def slopes(height: npt.NDArray[Any], kernel: str = "central", border: str = "wrap") -> F32:
