@@ -151,7 +151,9 @@ def test_a_panorama_may_be_kept_in_any_layout(renderer: Renderer, layout: str) -
         renderer.render(seen, (64, 64), Quality("exact", samples=1, environment_layout=name))
         for name in ("given", layout)
     )
-    assert np.abs(kept.pixels - given.pixels).max() < 4e-3
+    # Two bilinear reads; the octahedron's folds as above.
+    assert np.abs(kept.pixels - given.pixels).max() < 0.012
+    assert np.abs(kept.pixels - given.pixels).mean() < 1e-3
     assert kept.stats["plan"]["environment"].startswith(layout)
 
 
