@@ -17,17 +17,24 @@ from glbump.camera import Camera, view_matrix
 from glbump.contents import Contents
 from glbump.errors import LimitError, SceneError
 from glbump.maps import bspline
-from glbump.mesh import Mesh
+from glbump.mesh import Mesh, tessellate
 from glbump.reference import bump as bumps
 from glbump.reference import gradients, mapping
+from glbump.reference.cast import Hits
 from glbump.scene import Bump, NormalMap, Surface
-from glbump.shapes import Cube, MeshData, Plane, Quad, Shape, Sphere, Torus, Transform
+from glbump.shapes import MESHES, Cube, MeshData, Plane, Quad, Shape, Sphere, Torus, Transform
 
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 MOST_TRIANGLES = 2_000_000
 """Of a displaced surface: some 600 MB while it is made."""
+
+ENOUGH = 800_000
+"""Triangles that a frame is not given more of where cells larger than a pixel do: 10 seconds' work."""
+
+CELL_PIXELS = 4.0
+"""The largest cell, in pixels. Of what waves of 20 pixels do to a mirror, cells of 1 and 2 lose 2 and 5 %."""
 
 PER_TEXEL = 2
 """Cells along a texel: the spline bends within one."""
@@ -120,13 +127,8 @@ def displaced(surface: Surface, cells: tuple[int, int] | None = None, *, content
     heights = Heights(surface, contents)
     points = points_of(surface.shape, checked_cells(cells) if cells else cells_of_maps(surface, contents), contents)
     height, slope = heights.at(points.uv)
-    linear = surface.transform.matrix()[:3, :3]
-    inverse = np.linalg.inv(linear)
-    p, dpdu, dpdv = (a @ linear.T for a in (points.p, points.dpdu, points.dpdv))
-    n, dndu, dndv = (a @ inverse for a in (points.n, points.dndu, points.dndv))
-    length = np.linalg.norm(n, axis=1, keepdims=True)
-    n, dndu, dndv = n / length, dndu / length, dndv / length
-    normals = bumps.bump_normal(n, bumps.full_gradient(n, dpdu, dpdv, dndu, dndv, height, slope))
+    p = points.p @ surface.transform.matrix()[:3, :3].T
+    n, normals = bent(surface.transform, points, height, slope)
     triangles = points.triangles[:, ::-1] if surface.transform.mirrors else points.triangles
     normal_maps = tuple(bump for bump in surface.bumps if isinstance(bump, NormalMap))
     return replace(
@@ -135,6 +137,25 @@ def displaced(surface: Surface, cells: tuple[int, int] | None = None, *, content
         bump=normal_maps or None,
         transform=Transform(translate=surface.transform.translate),
     )
+
+
+def bent(transform: Transform, at: Points | Hits, height: F64, slope: F64) -> tuple[F64, F64]:
+    """Unit normals (N, 3) in the world: the surface's own, and those of the displaced surface."""
+    n, dpdu, dpdv, dndu, dndv = in_world(transform, at)
+    return n, bumps.bump_normal(n, bumps.full_gradient(n, dpdu, dpdv, dndu, dndv, height, slope))
+
+
+def in_world(transform: Transform, at: Points | Hits) -> tuple[F64, F64, F64, F64, F64]:
+    """n, dp/du, dp/dv, dn/du and dn/dv (N, 3) of points of a surface, as the world has them."""
+    linear = transform.matrix()[:3, :3]
+    inverse = np.linalg.inv(linear)
+    assert at.dpdu is not None
+    assert at.dpdv is not None
+    n, flat = at.n @ inverse, np.zeros_like(at.n)
+    length = np.linalg.norm(n, axis=1, keepdims=True)
+    # A unit normal's derivative but for what it has along the normal.
+    dndu, dndv = ((flat if d is None else d @ inverse) / length for d in (at.dndu, at.dndv))
+    return n / length, at.dpdu @ linear.T, at.dpdv @ linear.T, dndu, dndv
 
 
 def checked_cells(cells: Any) -> tuple[int, int]:
@@ -146,8 +167,7 @@ def checked_cells(cells: Any) -> tuple[int, int]:
 
 def cells_of_maps(surface: Surface, contents: Contents) -> tuple[int, int]:
     """PER_TEXEL cells for each texel of the finest of a surface's height maps, per unit of u and of v."""
-    fewest = FEWEST if isinstance(surface.shape, Sphere | Torus) else 1
-    most = [fewest, fewest]
+    most = [_fewest(surface.shape)] * 2
     for bump in surface.bumps:
         if isinstance(bump, Bump):
             rows, columns = contents.heights(bump).shape
@@ -158,8 +178,9 @@ def cells_of_maps(surface: Surface, contents: Contents) -> tuple[int, int]:
 
 
 def cells_for(surface: Surface, camera: Camera, size: tuple[int, int], contents: Contents) -> tuple[int, int]:
-    """As cells_of_maps, but where a frame of `size` pixels shows less: then a cell a pixel, where it is nearest."""
-    points = points_of(surface.shape, (24, 24), contents)
+    """As cells_of_maps, but where a frame of `size` pixels shows less, a cell a pixel where the surface is nearest; up
+    to CELL_PIXELS each way where that would be past ENOUGH triangles. LimitError past MOST_TRIANGLES."""
+    points = points_of(surface.shape, (24, 24) if not isinstance(surface.shape, MESHES) else (1, 1), contents)
     matrix = surface.transform.matrix()
     along = [float(np.linalg.norm(a @ matrix[:3, :3].T, axis=1).max()) for a in (points.dpdu, points.dpdv)]
     view = view_matrix(camera)
@@ -170,46 +191,95 @@ def cells_for(surface: Surface, camera: Camera, size: tuple[int, int], contents:
         per_unit = size[1] / (2 * math.tan(math.radians(camera.fov) / 2) * float(depth.min()))
     else:
         per_unit = math.inf  # beside or behind the eye
-    fewest = FEWEST if isinstance(surface.shape, Sphere | Torus) else 1
-    u, v = (
-        min(texels, max(fewest, 1 << 24 if pixels > 1 << 24 else math.ceil(pixels)))
-        for texels, pixels in zip(cells_of_maps(surface, contents), (a * per_unit for a in along), strict=True)
-    )
+    fewest = _fewest(surface.shape)
+    wanted = cells_of_maps(surface, contents)
+    for pixels in np.geomspace(1, CELL_PIXELS, 7):
+        shown = [min(a * per_unit / pixels, 2.0**24) for a in along]
+        u, v = (min(texels, max(fewest, math.ceil(seen))) for texels, seen in zip(wanted, shown, strict=True))
+        if _count(surface.shape, (u, v), contents) <= ENOUGH:
+            break
+    _check_count(surface.shape, (u, v), contents)
     return u, v
 
 
-def points_of(shape: Shape, cells: tuple[int, int], contents: Contents) -> Points:
-    """Points all over a shape, `cells` of them per unit of u and v; LimitError past MOST_TRIANGLES."""
-    u, v = cells
-    match shape:
-        case Sphere() | Torus():
-            _check_count(cells, 2 * u * v)
-            return _round(shape, cells)
-        case Quad(corners=corners):
-            patches = np.array(corners, np.float64)[None]
-        case Plane() | Cube():
-            patches = contents.mesh(shape).positions.reshape(-1, 4, 3)
-        case _:
-            mesh = contents.mesh(shape)
-            if mesh.uv is None or mesh.normals is None:
-                raise SceneError(
-                    f"{shape.name} has no texture coordinates, and heights need them; unwrap the mesh, "
-                    "or leave out bump"
-                )
-            across = np.abs(mesh.uv[mesh.triangles] - np.roll(mesh.uv[mesh.triangles], 1, axis=1)) * cells
-            parts = max(1, math.ceil(across.max()))
-            _check_count(cells, len(mesh.triangles) * parts**2)
-            return _divided(mesh, parts)
-    _check_count(cells, 2 * u * v * len(patches))
-    return _flat(patches, cells)
+def _fewest(shape: Shape) -> int:
+    return FEWEST if isinstance(shape, Sphere | Torus) else 1
 
 
-def _check_count(cells: tuple[int, int], count: int) -> None:
+def _count(shape: Shape, cells: tuple[int, int], contents: Contents) -> int:
+    """Triangles of a shape in so many cells per unit of u and v."""
+    if isinstance(shape, MESHES):
+        mesh = contents.mesh(shape)
+        return len(mesh.triangles) * _parts(mesh, cells) ** 2
+    return 2 * cells[0] * cells[1] * (6 if isinstance(shape, Cube) else 1)
+
+
+def _parts(mesh: Mesh, cells: tuple[int, int]) -> int:
+    """Into how many parts a mesh's edges are cut, so that none is longer than a cell."""
+    assert mesh.uv is not None
+    corners = mesh.uv[mesh.triangles]
+    return max(1, math.ceil((np.abs(corners - np.roll(corners, 1, axis=1)) * cells).max()))
+
+
+def _check_count(shape: Shape, cells: tuple[int, int], contents: Contents) -> None:
+    count = _count(shape, cells, contents)
     if count > MOST_TRIANGLES:
         raise LimitError(
             f"displaced in {cells[0]:,} x {cells[1]:,} cells per unit of u and v the surface has {count:,} triangles; "
             f"at most {MOST_TRIANGLES:,}: ask for fewer cells, or lower bump.repeat or the map's size"
         )
+
+
+def points_of(shape: Shape, cells: tuple[int, int], contents: Contents) -> Points:
+    """Points all over a shape, `cells` of them per unit of u and v; LimitError past MOST_TRIANGLES."""
+    if isinstance(shape, MESHES) and (contents.mesh(shape).uv is None or contents.mesh(shape).normals is None):
+        raise SceneError(
+            f"{shape.name} has no texture coordinates, and heights need them; unwrap the mesh, or leave out bump"
+        )
+    _check_count(shape, cells, contents)
+    if isinstance(shape, MESHES):
+        mesh = contents.mesh(shape)
+        return _divided(mesh, _parts(mesh, cells))
+    faces = 6 if isinstance(shape, Cube) else 1
+    uv, triangles = _grid(cells)
+    if isinstance(shape, Sphere):
+        # At a pole two corners of each second triangle are one point.
+        pole = (uv[:, 1] == 0) | (uv[:, 1] == 1)
+        triangles = triangles[pole[triangles].sum(axis=1) < 2]
+    every = triangles + len(uv) * np.arange(faces)[:, None, None]
+    at = points_at(shape, np.tile(uv, (faces, 1)), np.repeat(np.arange(faces), len(uv)))
+    return replace(at, triangles=every.reshape(-1, 3))
+
+
+def points_at(shape: Quad | Plane | Cube | Sphere | Torus, uv: F64, face: Index) -> Points:
+    """Points of a shape at uv (N, 2), exact; face: (N,) which of a cube's, else 0. Without triangles."""
+    none = np.zeros((0, 3), np.int64)
+    if not isinstance(shape, Sphere | Torus):
+        corners = np.array(shape.corners)[None] if isinstance(shape, Quad) else tessellate(shape, 3).positions
+        a, b, c, d = (corners.reshape(-1, 4, 3)[face, i] for i in range(4))
+        u, v = uv[:, :1], uv[:, 1:]
+        p = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)
+        n = np.cross(c - a, d - b)
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        dpdu, dpdv = mapping.bilinear_dpdu(uv, a, b, c, d), mapping.bilinear_dpdv(uv, a, b, c, d)
+        return Points(p, n, uv, dpdu, dpdv, np.zeros_like(p), np.zeros_like(p), none)
+    # At u = 1 it is u = 0 again, to the bit.
+    longitude = 2 * np.pi * (uv[:, 0] % 1 - 0.5)
+    out = np.stack([np.sin(longitude), np.zeros(len(uv)), np.cos(longitude)], axis=-1)
+    up = np.array([0.0, 1.0, 0.0])
+    if isinstance(shape, Torus):
+        angle = (2 * np.pi * (uv[:, 1] % 1 - 0.5))[:, None]
+        n = np.cos(angle) * out + np.sin(angle) * up
+        p, radius = shape.radius * out + shape.tube * n, shape.radius
+        by_u, by_v = mapping.torus_dpdu(p), mapping.torus_dpdv(p, radius)
+        return Points(p, n, uv, by_u, by_v, mapping.torus_dndu(p, radius), mapping.torus_dndv(p, radius), none)
+    angle = (np.pi * (uv[:, 1] - 0.5))[:, None]
+    n = np.cos(angle) * out + np.sin(angle) * up
+    pole = (uv[:, 1] == 0) | (uv[:, 1] == 1)
+    n[pole] = np.sign(uv[pole, 1:] - 0.5) * up
+    p, r = shape.radius * n, shape.radius
+    by_u, by_v = mapping.sphere_dpdu(p), mapping.sphere_dpdv(p)
+    return Points(p, n, uv, by_u, by_v, by_u / r, by_v / r, none)
 
 
 def _grid(cells: tuple[int, int]) -> tuple[F64, Index]:
@@ -220,44 +290,6 @@ def _grid(cells: tuple[int, int]) -> tuple[F64, Index]:
     right, above = here + 1, here + columns + 1
     triangles = np.stack([here, right, above + 1, here, above + 1, above], axis=-1).reshape(-1, 3)
     return np.stack([u.reshape(-1), v.reshape(-1)], axis=-1), triangles
-
-
-def _round(shape: Sphere | Torus, cells: tuple[int, int]) -> Points:
-    uv, triangles = _grid(cells)
-    # The last column is the first again, to the bit.
-    longitude = 2 * np.pi * (uv[:, 0] % 1 - 0.5)
-    out = np.stack([np.sin(longitude), np.zeros(len(uv)), np.cos(longitude)], axis=-1)
-    up = np.array([0.0, 1.0, 0.0])
-    if isinstance(shape, Torus):
-        angle = (2 * np.pi * (uv[:, 1] % 1 - 0.5))[:, None]
-        n = np.cos(angle) * out + np.sin(angle) * up
-        p, radius = shape.radius * out + shape.tube * n, shape.radius
-        by_u, by_v = mapping.torus_dpdu(p), mapping.torus_dpdv(p, radius)
-        return Points(p, n, uv, by_u, by_v, mapping.torus_dndu(p, radius), mapping.torus_dndv(p, radius), triangles)
-    angle = (np.pi * (uv[:, 1] - 0.5))[:, None]
-    n = np.cos(angle) * out + np.sin(angle) * up
-    pole = (uv[:, 1] == 0) | (uv[:, 1] == 1)
-    n[pole] = np.sign(uv[pole, 1:] - 0.5) * up
-    # At a pole two corners of each second triangle are one point.
-    triangles = triangles[pole[triangles].sum(axis=1) < 2]
-    p, r = shape.radius * n, shape.radius
-    by_u, by_v = mapping.sphere_dpdu(p), mapping.sphere_dpdv(p)
-    return Points(p, n, uv, by_u, by_v, by_u / r, by_v / r, triangles)
-
-
-def _flat(patches: F64, cells: tuple[int, int]) -> Points:
-    """Bilinear patches (F, 4, 3): corners with uv (0,0) (1,0) (1,1) (0,1)."""
-    uv, triangles = _grid(cells)
-    a, b, c, d = (patches[:, None, i] for i in range(4))
-    u, v = uv[:, :1], uv[:, 1:]
-    p = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)
-    normal = np.cross(c - a, d - b)
-    n = np.broadcast_to(normal / np.linalg.norm(normal, axis=-1, keepdims=True), p.shape)
-    dpdu = np.broadcast_to(mapping.bilinear_dpdu(uv, a, b, c, d), p.shape)
-    dpdv = np.broadcast_to(mapping.bilinear_dpdv(uv, a, b, c, d), p.shape)
-    every = (triangles + len(uv) * np.arange(len(patches))[:, None, None]).reshape(-1, 3)
-    p, n, dpdu, dpdv = (values.reshape(-1, 3) for values in (p, n, dpdu, dpdv))
-    return Points(p, n, np.tile(uv, (len(patches), 1)), dpdu, dpdv, np.zeros_like(p), np.zeros_like(p), every)
 
 
 def _divided(mesh: Mesh, parts: int) -> Points:

@@ -128,7 +128,7 @@ def test_heights_are_world_lengths_along_the_worlds_normal(transform: gb.Transfo
 
 
 def test_a_cube_parts_at_its_edges_and_each_face_goes_out() -> None:
-    p, n, uv, triangles = arrays(displaced(gb.Surface(gb.Cube((2, 2, 2)), bump=gb.Bump(EVEN, 0.2)), (3, 4)))
+    p, n, _, triangles = arrays(displaced(gb.Surface(gb.Cube((2, 2, 2)), bump=gb.Bump(EVEN, 0.2)), (3, 4)))
     assert len(triangles) == 6 * 2 * 3 * 4
     assert np.abs(p).max(axis=1) == pytest.approx(1.1)
     assert np.einsum("nk,nk->n", p, n) == pytest.approx(1.1)
@@ -151,7 +151,7 @@ def test_a_mesh_file_is_divided_and_comes_near_the_true_shape(tmp_path: Path) ->
     errors = []
     for rows in (16, 32):
         p, n, uv, triangles = arrays(displaced(gb.Surface(ball_file(tmp_path, rows), bump=bump), (64, 64)))
-        height, slope = Heights(gb.Surface(gb.Sphere(), bump=bump), Contents()).at(uv)
+        height, _ = Heights(gb.Surface(gb.Sphere(), bump=bump), Contents()).at(uv)
         inner = np.abs(uv[:, 1] - 0.5) < 0.35
         angle = 2 * np.pi * (uv[:, :1] - 0.5)
         rise = np.pi * (uv[:, 1:] - 0.5)

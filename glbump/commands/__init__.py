@@ -11,11 +11,13 @@ if TYPE_CHECKING:
 
 # The module here that holds each command, as a function of the command's name.
 MODULES = {
+    "compare-bump": "compare_bump",
     "convert": "convert",
     "demo": "demo",
     "diff": "diff",
     "doctor": "doctor",
     "lint": "lint",
+    "normals": "normals",
     "render": "render",
 }
 

@@ -42,8 +42,8 @@ class Hits:
 class Grid:
     """Where a mesh's vertices appear among the rays, so that few rays are tried against each triangle.
 
-    places: (V, 2) column and row of each vertex; ray (row, column) is at those whole numbers. NaN where a vertex
-    lies beside or behind the eye: its triangles are tried with all rays. width, height: of the grid.
+    places: (V, 3) column times w, row times w, and w of each vertex; ray (row, column) is at those whole numbers, and w
+    is above 0 ahead of the eye. width, height: of the grid.
     """
 
     places: F64
@@ -200,12 +200,21 @@ def pieces(mesh: Mesh) -> Index:
 
 def _pairs(mesh: Mesh, grid: Grid) -> Iterator[tuple[Index, Index]]:
     """(triangle, ray) to try: each triangle with the rays in the box round it on the grid."""
-    corners = grid.places[mesh.triangles]
-    beside = ~np.isfinite(corners).all(axis=(1, 2))
-    corners[beside] = 0.0
-    low = np.maximum(np.floor(corners.min(axis=1)).astype(np.intp), 0)
-    high = np.minimum(np.ceil(corners.max(axis=1)).astype(np.intp) + 1, (grid.width, grid.height))
-    low[beside], high[beside] = 0, (grid.width, grid.height)
+    x, y, w = np.moveaxis(grid.places[mesh.triangles], -1, 0)
+    # These are linear in the place: what is below 0 at the corners is so all over the triangle, and where w is above 0
+    # that means beside the grid.
+    sides = x + w, y + w, grid.width * w - x, grid.height * w - y, w
+    apart = np.any([(side < 0).all(axis=1) for side in sides], axis=0)
+    # Another that reaches past the eye may be seen anywhere.
+    beside = (w <= 1e-9 * np.abs(grid.places).max() / max(grid.width, grid.height)).any(axis=1)
+    corners = np.stack([x, y], axis=-1)[~beside] / w[~beside, :, None]
+    # Far beside the grid is as good as anywhere beside it, and fits an integer.
+    corners = np.clip(corners, -1e6, 1e6)
+    low = np.zeros((len(w), 2), np.intp)
+    high = np.tile(np.array([grid.width, grid.height], np.intp), (len(w), 1))
+    low[~beside] = np.maximum(np.floor(corners.min(axis=1)), 0)
+    high[~beside] = np.minimum(np.ceil(corners.max(axis=1)) + 1, (grid.width, grid.height))
+    high[apart] = 0
     wide, tall = np.maximum(high - low, 0).T
     seen = np.flatnonzero(wide * tall)
     ends = np.cumsum((wide * tall)[seen])

@@ -83,7 +83,7 @@ def render(
         origins, dirs = pixel_rays(scene.camera, (width, height), offset)
         for top, bottom in pairwise(edges):
             band = slice(top, bottom)
-            places = [_places(scene, i, mesh, (width, height), offset, top) for i, mesh in enumerate(shader.meshes)]
+            places = [places_of(scene, i, mesh, (width, height), offset, top) for i, mesh in enumerate(shader.meshes)]
             light, index = shader.shade(origins[band], dirs[band], places)
             total[band] += light
             seen[band] = np.where((seen[band] == UNSEEN) | (seen[band] == index), index, SEVERAL)
@@ -101,17 +101,15 @@ def render(
     return Frame(total.astype(np.float32), stats)
 
 
-def _places(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offset: F64, top: int) -> F64:
-    """(V, 2) column and row of a mesh's vertices on the grid of rays that begins at row `top`."""
+def places_of(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offset: F64, top: int) -> F64:
+    """(V, 3): a mesh's vertices on the grid of rays that begins at row `top`, as Grid has them."""
     camera: Camera = scene.camera
     projection = projection_matrix(camera, size, *near_far(camera, np.zeros((0, 2, 3))))
     to_clip = projection @ view_matrix(camera) @ scene.surfaces[index].transform.matrix()
     clip = mesh.positions @ to_clip[:, :3].T + to_clip[:, 3]
-    ahead = clip[:, 3] > 1e-9 * np.abs(clip).max()
-    ndc = np.divide(clip[:, :2], clip[:, 3:], out=np.full((len(clip), 2), np.nan), where=ahead[:, None])
-    pixel = (ndc * (0.5, -0.5) + 0.5) * size
-    # Far beside the picture is as good as anywhere beside it, and fits an integer.
-    result: F64 = np.clip(pixel - offset - (0, top), -1e6, 1e6)
+    w = clip[:, 3:]
+    pixels = 0.5 * (clip[:, :2] * (1, -1) + w) * size - w * (offset + (0, top))
+    result: F64 = np.concatenate([pixels, w], axis=1)
     return result
 
 
