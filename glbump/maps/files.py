@@ -273,31 +273,53 @@ def _photo_bytes(pixels: npt.NDArray[np.uint8], suffix: str, path: Path) -> byte
 
 def _write_floats(beside: Path, pixels: npt.NDArray[Any], path: Path) -> None:
     """Write .exr, .hdr or .tif through OpenImageIO to `beside`; messages name `path`."""
+    suffix = path.suffix.lower()
+    if pixels.shape[2] == 1 and suffix == ".hdr":  # It has no grey.
+        pixels = np.repeat(pixels, 3, axis=2)
+    height, width, channels = pixels.shape
+    attributes: dict[str, Any] = {"compression": _COMPRESSION.get(suffix, "none")}
+    if channels in (2, 4):
+        attributes["oiio:UnassociatedAlpha"] = 0 if suffix == ".exr" else 1
+    names = ("R", "G", "B", "A")[:channels] if channels > 2 else ("Y", "A")[:channels]
+    write_rows(beside, path, (width, height), names, pixels.dtype, [pixels], attributes)
+
+
+def write_rows(
+    beside: Path,
+    path: Path,
+    size: tuple[int, int],
+    names: tuple[str, ...],
+    dtype: np.dtype[Any],
+    rows: Iterable[npt.NDArray[Any]],
+    attributes: dict[str, Any],
+) -> None:
+    """Write .exr, .hdr or .tif through OpenImageIO to `beside`, some rows (n, W, C) after others; messages name `path`.
+
+    size: width, height. names: of the channels. attributes: for the file, by OpenImageIO's names.
+    """
     import OpenImageIO as oiio
 
     try:
         str(beside).encode()
     except UnicodeEncodeError:
         raise ImageError(f"{path}: is no name in UTF-8, which {path.suffix} needs; choose another name") from None
-    suffix = path.suffix.lower()
-    if pixels.shape[2] == 1 and suffix == ".hdr":  # It has no grey.
-        pixels = np.repeat(pixels, 3, axis=2)
-    height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, "half" if pixels.dtype == np.float16 else "float")
-    if channels < 3:
-        spec.channelnames = ("Y", "A")[:channels]
-    if channels in (2, 4):
-        spec.alpha_channel = channels - 1
-        spec.attribute("oiio:UnassociatedAlpha", 0 if suffix == ".exr" else 1)
-    spec.attribute("compression", _COMPRESSION.get(suffix, "none"))
+    spec = oiio.ImageSpec(*size, len(names), {"float16": "half", "float32": "float"}.get(dtype.name, dtype.name))
+    spec.channelnames = names
+    if "A" in names:
+        spec.alpha_channel = names.index("A")
+    for name, value in attributes.items():
+        spec.attribute(name, value)
     file = oiio.ImageOutput.create(str(beside))
     if file is None:
         raise ImageError(f"{path}: cannot be written: {_one_line(oiio.geterror())}")
-    written = file.open(str(beside), spec) and file.write_image(pixels)
+    written, row = file.open(str(beside), spec), 0
+    for some in rows if written else ():
+        written = written and file.write_scanlines(row, row + len(some), 0, some)
+        row += len(some)
     error = file.geterror()
     if written and not error and file.close():
         # The last buffer is written by close(), which reports nothing; a full disk shows in the last row.
-        error = "" if _has_row(beside, height - 1) else "the file is cut off; is the disk full?"
+        error = "" if _has_row(beside, size[1] - 1) else "the file is cut off; is the disk full?"
     elif not error:
         error = "the library gives no reason"
     if error:

@@ -138,7 +138,7 @@ def read_height(source: Source, channel: str | None = None) -> Picture:
     channel: "r", "g", "b" or "a"; without it the picture must be grey, alone or as three equal channels.
     """
     stored = read_stored(source)
-    index = stored.channel(channel) if channel is not None else _grey_channel(stored)
+    index = stored.channel(channel) if channel is not None else grey_channel(stored)
     return _picture(stored, unit_range(stored.pixels[:, :, index : index + 1], stored))
 
 
@@ -199,7 +199,8 @@ def unit_range(pixels: npt.NDArray[Any], stored: Stored) -> npt.NDArray[np.float
     return (pixels / (2.0**stored.bits - 1)).astype(np.float32)
 
 
-def _grey_channel(stored: Stored) -> int:
+def grey_channel(stored: Stored) -> int:
+    """Index of the channel that holds a grey picture's heights; ImageError where it is coloured or not opaque."""
     r, g, b = stored.colours()
     if r != g:
         red = stored.pixels[:, :, r]

@@ -34,7 +34,7 @@ FORMATS = ("bmp", "dds", "hdr", "jpeg", "jpegxl", "ktx2", "openexr", "png", "psd
 _ENVMAPS = {"LatLong Environment": "latlong", "CubeFace Environment": "cube"}
 
 # Scalar types: OpenImageIO's name -> bits, float or not. Signed integers have no agreed meaning as colour.
-_TYPES = {
+SCALARS = {
     "uint8": (8, False),
     "uint16": (16, False),
     "uint": (32, False),
@@ -196,19 +196,7 @@ def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
 
         if is_texture(path):
             return _base_of_texture(read_texture(path, base_only=True), path)
-    _check_name(path)
-    _require_whole_png(path)
-    import OpenImageIO as oiio
-
-    # Some readers decode while they open, before the header can be judged: this stops them.
-    oiio.attribute("limits:imagesize_MB", max(1, _limit("GLBUMP_MAX_BYTES", MAX_BYTES) // 2**20))
-    as_stored = oiio.ImageSpec()
-    as_stored.attribute("oiio:UnassociatedAlpha", 1)
-    file = oiio.ImageInput.open(str(path), as_stored)
-    if file is None:
-        raise ImageError(
-            f"{path}: is no picture that can be read ({_one_line(_reason(oiio))}); formats: {', '.join(FORMATS)}"
-        )
+    file = open_image(path, _limit("GLBUMP_MAX_BYTES", MAX_BYTES))
     try:
         stored, orientation = _decode(file, path)
     except UnicodeDecodeError:
@@ -216,6 +204,24 @@ def _read_file(path: Path | str | os.PathLike[str]) -> Stored:
     finally:
         file.close()
     return replace(stored, pixels=_upright(stored.pixels, orientation, str(path)))
+
+
+def open_image(path: Path, most_bytes: int) -> Any:
+    """The file, opened by OpenImageIO as it is stored; ImageError where it is no picture. most_bytes: decoded."""
+    _check_name(path)
+    _require_whole_png(path)
+    import OpenImageIO as oiio
+
+    # Some readers decode while they open, before the header can be judged: this stops them.
+    oiio.attribute("limits:imagesize_MB", max(1, most_bytes // 2**20))
+    as_stored = oiio.ImageSpec()
+    as_stored.attribute("oiio:UnassociatedAlpha", 1)
+    file = oiio.ImageInput.open(str(path), as_stored)
+    if file is None:
+        raise ImageError(
+            f"{path}: is no picture that can be read ({_one_line(_reason(oiio))}); formats: {', '.join(FORMATS)}"
+        )
+    return file
 
 
 def _may_be_texture(path: Path) -> bool:
@@ -244,14 +250,12 @@ def _decode(file: Any, path: Path) -> tuple[Stored, int]:
     import OpenImageIO as oiio
 
     spec, form = file.spec(), file.format_name()
-    channels = _check_header(spec, form, path)
-    bits, is_float = _TYPES[str(spec.format)]
+    channels = check_header(spec, form, path)
+    require_size(str(path), spec.width, spec.height, min(spec.nchannels, 4))
+    bits, is_float = SCALARS[str(spec.format)]
     wanted = {8: oiio.UINT8, 16: oiio.UINT16, 32: oiio.UINT32}[bits] if not is_float else oiio.FLOAT
     pixels = file.read_image(0, 0, 0, len(channels), wanted)
-    # A decoder may return pixels and report an error all the same (truncated JPEG): both are refused.
-    error = _reason(file) or _reason(oiio)
-    if pixels is None or error:
-        raise ImageError(f"{path}: is damaged or truncated ({_one_line(error) or 'no pixels'}); get a whole copy of it")
+    require_decoded(pixels, file, path)
     if pixels.ndim == 2:
         pixels = pixels[..., None]
     # Asked last: the WebP reader cannot go back. A PSD's first picture is the whole, the others its layers.
@@ -270,14 +274,22 @@ def _decode(file: Any, path: Path) -> tuple[Stored, int]:
     return stored, spec.get_int_attribute("Orientation", 1)
 
 
-def _check_header(spec: Any, form: str, path: Path) -> tuple[str, ...]:
+def require_decoded(pixels: Any, file: Any, path: Path) -> None:
+    """ImageError unless an open file gave pixels and no complaint: a truncated JPEG gives both."""
+    import OpenImageIO as oiio
+
+    error = _reason(file) or _reason(oiio)
+    if pixels is None or error:
+        raise ImageError(f"{path}: is damaged or truncated ({_one_line(error) or 'no pixels'}); get a whole copy of it")
+
+
+def check_header(spec: Any, form: str, path: Path) -> tuple[str, ...]:
     """Names of the leading channels, which are to be read; ImageError where the header rules them out."""
     if form not in FORMATS:
         raise ImageError(f"{path}: is a {form} file; formats: {', '.join(FORMATS)}")
     if spec.deep or spec.depth > 1:
         raise ImageError(f"{path}: is a {'deep' if spec.deep else 'volume'} picture; save it as a flat one")
-    require_size(str(path), spec.width, spec.height, min(spec.nchannels, 4))
-    if str(spec.format) not in _TYPES:
+    if str(spec.format) not in SCALARS:
         raise ImageError(f"{path}: holds {spec.format} values; save it as unsigned integers or floats")
     if _is_cmyk(spec, form, path):
         raise ImageError(f"{path}: is a CMYK picture, whose colours depend on a printer; save it as RGB")
