@@ -22,6 +22,9 @@ SECTIONS = (
     "soak",
     "kernels",
     "normal_formats",
+    "layouts",
+    "layouts",
+    "conversion",
 )
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 INTRO = (
@@ -44,7 +47,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)}; default all")
     parser.add_argument("--quick", action="store_true", help="tiny: to see that it runs; its figures mean nothing")
     parser.add_argument(
-        "-o", "--output", type=Path, help="folder for benchmarks.md and .json; default docs, when all ran in full"
+        "-o",
+        "--output",
+        type=Path,
+        help="folder for benchmarks.md and .json, whose other sections stay where some are named; "
+        "default docs, when all ran in full",
     )
     options = parser.parse_args(arguments)
     unknown = set(options.sections) - set(SECTIONS)
@@ -61,7 +68,8 @@ def main(arguments: list[str] | None = None) -> int:
     folder = options.output or (DOCS if complete else None)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        print("\n" + "\n".join(f"written: {path}" for path in write(folder, INTRO, kind, sections)))
+        written = write(folder, INTRO, kind, sections, keep=bool(options.sections))
+        print("\n" + "\n".join(f"written: {path}" for path in written))
     broken = [target for section in sections for target in section.targets if not target.kept]
     for target in broken:
         print(f"not kept: {target.what}: {target.got}, allowed {target.allowed}", file=sys.stderr)

@@ -13,9 +13,11 @@ from benchmarks import (
     accuracy,
     capture,
     command,
+    conversion,
     first_picture,
     frame_cost,
     kernels,
+    layouts,
     normal_formats,
     plain,
     scenes,
@@ -159,7 +161,7 @@ def test_the_cushion_is_a_sound_mesh() -> None:
 # The sections, tiny
 
 
-SECTIONS = [accuracy, frame_cost, capture, plain, first_picture, soak, kernels, normal_formats]
+SECTIONS = [accuracy, frame_cost, capture, plain, first_picture, soak, kernels, layouts, conversion, normal_formats]
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda m: m.__name__)
