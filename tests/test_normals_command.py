@@ -22,7 +22,7 @@ from glbump.maps.gradients import KERNELS, METHODS
 from glbump.maps.heights import slopes, slopes_of_normals
 from glbump.maps.images import read_normals
 from glbump.maps.normals import FORMATS, Tilts, Ways, write_normals
-from glbump.maps.png import joined_adler
+from glbump.maps.png import joined_adler, paeth
 from glbump.maps.rows import FiledHeights, HeldHeights, open_heights, windows
 
 F64 = npt.NDArray[np.float64]
@@ -305,6 +305,17 @@ def test_sums_of_pieces_are_joined() -> None:
     data = np.random.default_rng(3).integers(0, 256, 200_000, dtype=np.uint8).tobytes()
     for cut in (0, 1, 65521, 131042, 200_000):
         assert joined_adler(zlib.adler32(data[:cut]), zlib.adler32(data[cut:]), len(data) - cut) == zlib.adler32(data)
+
+
+def test_paeth_is_pngs() -> None:
+    """Every three bytes of a kind: the predictor as the PNG specification words it, in whole numbers."""
+    values = np.array([0, 1, 2, 3, 63, 64, 126, 127, 128, 129, 200, 253, 254, 255])
+    a, b, c = np.meshgrid(values, values, values)
+    p = a + b - c
+    pa, pb, pc = np.abs(p - a), np.abs(p - b), np.abs(p - c)
+    wanted = np.where((pa <= pb) & (pa <= pc), a, np.where(pb <= pc, b, c))
+    assert np.array_equal(paeth(*(x.astype(np.uint8) for x in (a, b, c))), wanted)
+    assert len({*np.unique(pa <= pb), *np.unique(wanted == c)}) == 2
 
 
 def test_nothing_is_left_of_a_file_that_failed_half_way(monkeypatch: pytest.MonkeyPatch) -> None:
