@@ -122,6 +122,15 @@ def test_text_shows_routes_and_probes(report: doctor.Report) -> None:
         assert f"  {one['route']} " in text
     assert "What to do:" in text or not doctor.advice(report)
     assert "level of detail" in text
+    assert report["texturing"]["ok"]
+    assert "look-ups are as OpenGL allows" in text
+    assert "cube half level given" in text
+
+
+def test_a_driver_that_falls_over_its_textures(report: doctor.Report) -> None:
+    crashed = report | {"texturing": {"ok": False, "error": "the process ended with SIGSEGV", "mend": "none"}}
+    assert doctor.healthy(crashed)
+    assert "  texturing        the process ended with SIGSEGV\n" in doctor.text(crashed) + "\n"
 
 
 @pytest.mark.parametrize(

@@ -142,7 +142,8 @@ _WAYS = {
 
 
 def _flat_quads() -> _Quads:
-    """Footprints of 1/8 to 24 texels, straight, turned, long and mirrored, within and beyond the texture."""
+    """Footprints of 1/8 to 24 texels: straight, turned, long, mirrored, and thin, which leaves no freedom; within and
+    beyond the texture."""
     random = np.random.default_rng(5)
     scale = 2.0 ** np.linspace(-3, np.log2(24), 48)
     sides = np.array(
@@ -151,6 +152,7 @@ def _flat_quads() -> _Quads:
             [[0.7, 0.7], [-0.7, 0.7]],
             [[0.3, 0.1], [0.4, 1]],
             [[-1, 0.2], [0.2, -0.25]],
+            [[0.02, 0], [0, 1]],
         ]
     )
     base = random.uniform(-1, 2, (len(sides), len(scale), 2))
