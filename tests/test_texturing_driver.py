@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -66,37 +67,39 @@ def test_what_is_known_of_llvmpipe(context: Context, verdicts: dict[str, dict[st
     assert verdicts["cube textureQueryLod"]["most"] > 1
 
 
-def judged(context: Context) -> dict[str, str]:
-    return {found["name"]: found["grade"] for found in driver.texturing(context)["verdicts"]}
+def judged(context: Context, probes: Callable[[Context], Iterator[driver.Verdict]]) -> dict[str, str]:
+    return {verdict.name: verdict.grade for verdict in probes(context)}
 
 
-def test_faults_are_seen(context: Context, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the driver, or of what it is given: seams, faces, places, levels, filters."""
+def test_faults_of_cubes_are_seen(context: Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the driver, or of what it is given."""
     context.gl.disable_direct(0x884F)  # GL_TEXTURE_CUBE_MAP_SEAMLESS
     try:
-        assert judged(context)["cube half enlarged"] == "outside", "a seam"
+        assert judged(context, driver._cubes)["cube half enlarged"] == "outside", "a seam"
     finally:
         context.gl.enable_direct(0x884F)
 
     def swapped(context: Context, levels: list[Any], dtype: str) -> Any:
         return cube_texture(context, [level[[0, 1, 2, 3, 5, 4]] for level in levels], dtype)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(driver, "cube_texture", swapped)
-        found = judged(context)
-        assert found["cube half enlarged"] == found["cube float trilinear"] == "outside", "two faces swapped"
-        assert found["2d half enlarged"] == "high"
-    with monkeypatch.context() as patch:
-        patch.setattr(driver, "_MAPPED", driver._MAPPED + "at.x += 0.5 / 20;\n")
-        found = judged(context)
-        assert found["2d half enlarged"] == found["2d float trilinear"] == "outside", "half a texel"
-    with monkeypatch.context() as patch:
-        patch.setattr(driver, "_MAPPED", driver._MAPPED + "at *= 1.2;\n")
-        assert judged(context)["2d level of detail"] == "outside", "log2(1.2) = 0.26 of a level"
-    with monkeypatch.context() as patch:
-        patch.setitem(driver._WAYS, "trilinear", (Filter(), driver._WAYS["nearest level"][1]))
-        found = judged(context)
-        assert found["2d half trilinear"] == found["2d rgba8 trilinear"] == "outside", "levels that are not mixed"
+    monkeypatch.setattr(driver, "cube_texture", swapped)
+    found = judged(context, driver._cubes)
+    assert found["cube half enlarged"] == found["cube float trilinear"] == "outside", "two faces swapped"
+
+
+def test_faults_of_flat_textures_are_seen(context: Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of places, levels and filters."""
+    for moved, names in {
+        "at.x += 0.5 / 20;\n": ("2d half enlarged", "2d float trilinear"),
+        "at *= 1.2;\n": ("2d level of detail",),  # log2(1.2) = 0.26 of a level
+    }.items():
+        with monkeypatch.context() as patch:
+            patch.setattr(driver, "_MAPPED", driver._MAPPED + moved)
+            found = judged(context, driver._flat)
+        assert all(found[name] == "outside" for name in names)
+    monkeypatch.setitem(driver._WAYS, "trilinear", (Filter(), driver._WAYS["nearest level"][1]))
+    found = judged(context, driver._flat)
+    assert found["2d half trilinear"] == found["2d rgba8 trilinear"] == "outside", "levels that are not mixed"
 
 
 def test_nothing_is_left_behind(context: Context) -> None:
