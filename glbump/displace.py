@@ -121,7 +121,8 @@ def displaced(surface: Surface, cells: tuple[int, int] | None = None, *, content
     are those of the displaced surface, from its derivatives (Blinn's full form); on a mesh file, of the smooth surface
     its own normals stand for. Normal maps stay, on the displaced surface. Faces of a cube part at its edges, as far
     as heights there are not 0, and so do the sides of a hard edge of a mesh file.
-    Raises SceneError where there are no heights or no u and v, and LimitError past MOST_TRIANGLES.
+    Raises SceneError where there are no heights or no u and v, and LimitError past MOST_TRIANGLES and where
+    points leave the range of lengths.
     """
     contents = contents or Contents()
     heights = Heights(surface, contents)
@@ -129,11 +130,17 @@ def displaced(surface: Surface, cells: tuple[int, int] | None = None, *, content
     height, slope = heights.at(points.uv)
     p = points.p @ surface.transform.matrix()[:3, :3].T
     n, normals = bent(surface.transform, points, height, slope)
+    p += height[:, None] * n
+    if np.abs(p).max() > check.LONGEST:
+        raise LimitError(
+            f"heights reach {np.abs(height).max():.3g}, and displaced points must lie within {check.LONGEST:g}; "
+            "lower bump.amplitude"
+        )
     triangles = points.triangles[:, ::-1] if surface.transform.mirrors else points.triangles
     normal_maps = tuple(bump for bump in surface.bumps if isinstance(bump, NormalMap))
     return replace(
         surface,
-        shape=MeshData(p + height[:, None] * n, triangles, normals, points.uv),
+        shape=MeshData(p, triangles, normals, points.uv),
         bump=normal_maps or None,
         transform=Transform(translate=surface.transform.translate),
     )

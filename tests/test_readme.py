@@ -47,7 +47,7 @@ def test_scene_file_is_one(tmp_path: Path) -> None:
 
 
 def test_commands_are_the_commands() -> None:
-    rows = re.findall(r"^\| `glbump ([a-z]+)([^`]*)`", README, re.MULTILINE)
+    rows = re.findall(r"^\| `glbump ([a-z-]+)([^`]*)`", README, re.MULTILINE)
     assert {name for name, _ in rows} == set(cli.commands)
     for name, usage in rows:
         options = {flag for parameter in cli.commands[name].params for flag in parameter.opts}
