@@ -71,6 +71,8 @@ class Heights:
         self.bumps = tuple(bump for bump in surface.bumps if isinstance(bump, Bump))
         if not self.bumps:
             raise SceneError("the surface has no heights to be displaced by; give it a bump with heights")
+        if any(bump.mapping != "uv" for bump in self.bumps):
+            raise SceneError('heights are displaced by u and v; use mapping "uv" to displace a surface by them')
         if any(bump.scaling != "world" for bump in self.bumps):
             raise SceneError(
                 'heights of scaling "parameter" are no lengths, and move no surface; use scaling "world" to displace it'

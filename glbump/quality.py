@@ -79,7 +79,8 @@ class Quality(check.Frozen):
     "octahedral" or "dual-paraboloid" (pictures of the upper half of the world stay as they are).
     environment_filter, bump_filter: "bilinear" (level 0 alone), "nearest-level" or "trilinear" (mip levels by
     the sample's footprint). bump_kernel: how heights become slopes, one of BUMP_KERNELS (docs/bump.md has what each
-    loses). bump_read: slopes are "baked" once, or heights are read in the "shader", and their slopes taken there.
+    loses). bump_read: slopes are "baked" once; or heights are read in the "shader", and their slopes
+    taken there; or on the "screen", from pixel to pixel, which is off by as much as a pixel is large (docs/bump.md).
     bump_terms: "small" drops B (N/|N|)_u and _v, "full" keeps them, "auto" keeps them where they matter
     (direction_error). bump_format: how textures keep the slopes of bumps, one of BUMP_FORMATS: as floats, in codes of
     slopes, or, of normal maps, in codes of normals; the plan says what it costs. texture_format, frame_format: of
@@ -116,7 +117,7 @@ class Quality(check.Frozen):
             check.choice(f"quality.{name}", values[name], FILTERS)
         check.choice("quality.environment_layout", values["environment_layout"], ENVIRONMENT_LAYOUTS)
         check.choice("quality.bump_kernel", values["bump_kernel"], BUMP_KERNELS)
-        check.choice("quality.bump_read", values["bump_read"], ("baked", "shader"))
+        check.choice("quality.bump_read", values["bump_read"], ("baked", "shader", "screen"))
         check.choice("quality.bump_terms", values["bump_terms"], ("auto", "small", "full"))
         check.choice("quality.bump_format", values["bump_format"], BUMP_FORMATS)
         for name in ("texture_format", "frame_format"):

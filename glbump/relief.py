@@ -18,13 +18,14 @@ from glbump.shapes import MESHES, MeshData, MeshFile, Sphere, Torus
 
 F32 = npt.NDArray[np.float32]
 
-SLOPES, NORMALS, HEIGHTS = "slopes", "normals", "heights"
+SLOPES, NORMALS, HEIGHTS, SCREEN = "slopes", "normals", "heights", "screen"
 
 
 @dataclass(frozen=True)
 class Layer:
     """One bump as it is read: from a map of slopes, of a normal map's slopes, or of heights, whose gradient is taken
-    where they are seen. why: of heights, the reason for the one or the other. stored: how textures keep the map."""
+    where they are seen, from texels or from pixel to pixel (SCREEN). why: of heights, the reason for the one or the
+    other. stored: how textures keep the map."""
 
     bump: Bump | NormalMap
     kind: str
@@ -38,16 +39,28 @@ class Layer:
         """Whether the map ends at its edge, and does not repeat."""
         return isinstance(self.bump, Bump) and self.bump.border == "clamp"
 
+    @property
+    def is_triplanar(self) -> bool:
+        """Whether the map lies along the object's axes, and needs no u and v."""
+        return isinstance(self.bump, Bump) and self.bump.mapping == "triplanar"
+
+    @property
+    def is_raised(self) -> bool:
+        """Whether it adds to a height by u and v, in lengths, whose full terms are known."""
+        in_lengths = isinstance(self.bump, Bump) and self.bump.scaling == "world"
+        return in_lengths and not self.is_triplanar and self.kind != SCREEN
+
     def filter(self, wanted: str) -> str:
         """How the map is read, where the quality wants "bilinear", "nearest-level" or "trilinear"."""
-        return wanted if self.kind != HEIGHTS and self.stored.is_filtered else "bilinear"
+        of_level_0 = self.kind == HEIGHTS or (self.kind, self.kernel) == (SCREEN, "bspline")
+        return wanted if self.stored.is_filtered and not of_level_0 else "bilinear"
 
     def texels(self, contents: Contents, *, heights: bool) -> F32:
         """(H, W, C), row 0 on top: slopes of the map's own u, v, or of a normal map's lengths; with the heights where
         they are wanted; or heights alone, or the coefficients of their spline."""
         if isinstance(self.bump, NormalMap):
             return contents.slopes(self.bump)
-        if self.kind == HEIGHTS:
+        if self.kind in (HEIGHTS, SCREEN):
             field = contents.spline(self.bump) if self.kernel == "bspline" else contents.heights(self.bump)
             return field[..., None]
         slopes = contents.slopes(self.bump, self.kernel)
@@ -76,6 +89,10 @@ def _read(bump: Bump | NormalMap, quality: Quality) -> tuple[str, str, str]:
         return NORMALS, kernel, "a normal map is slopes already"
     if kernel == "spectral" and bump.border == "clamp":
         return SLOPES, "central", "a map that ends has no spectrum"
+    if quality.bump_read == "screen" and bump.scaling == "world":
+        return SCREEN, kernel if kernel == "bspline" else "central", "gradients are taken from pixel to pixel"
+    if quality.bump_read == "screen":
+        return SLOPES, kernel, "from pixel to pixel there are lengths, and its amplitude is none"
     if quality.bump_read == "baked":
         return SLOPES, kernel, "slopes are made once"
     if kernel not in IN_SHADERS:
@@ -90,7 +107,7 @@ def _stored(
 ) -> tuple[BumpFormat, str]:
     """How a map is kept that is to be kept as `name`, and what that costs."""
     stored, why = BUMP_FORMATS[name], ""
-    if kind == HEIGHTS:
+    if kind in (HEIGHTS, SCREEN):
         return BUMP_FORMATS["float"], "differences of what has fewer bits would be mostly rounding"
     if kind == SLOPES and stored.is_normals:
         stored, why = BUMP_FORMATS["slopes16"], f"{name} holds normals, and heights have slopes by u and v; "
@@ -144,10 +161,10 @@ class Terms:
     error: float
 
 
-def terms(surface: Surface, quality: Quality, contents: Contents) -> Terms:
-    """Whether a surface's bumps need the lecture's full form: where max |B| times the curvature times the slope is more
-    than quality.direction_error. A normal map has no heights, and none of these terms."""
-    heights = [bump for bump in surface.bumps if isinstance(bump, Bump) and bump.scaling == "world"]
+def terms(surface: Surface, layers: tuple[Layer, ...], quality: Quality, contents: Contents) -> Terms:
+    """Whether a surface's layers need the lecture's full form: where max |B| times the curvature times the slope is
+    more than quality.direction_error. A normal map has no heights, and none of these terms."""
+    heights = [layer.bump for layer in layers if layer.is_raised and isinstance(layer.bump, Bump)]
     curvature = _curvature(surface, contents) if heights else 0.0
     height = sum(abs(bump.amplitude) * contents.highest(bump) for bump in heights)
     # Of a normal tilted by t, the term turns sin(t) cos(t) B k: at most half of B k.
@@ -182,6 +199,8 @@ def _curvature(surface: Surface, contents: Contents) -> float:
 def _slope(surface: Surface, bump: Bump, contents: Contents) -> float:
     """The steepest that a bump is about the middle of its surface."""
     least, _ = _scales(surface)
+    if bump.mapping == "triplanar":
+        return contents.steepest(bump) * max(map(abs, bump.slope_scale)) / least
     match surface.shape:
         case Sphere(radius=radius):
             lengths = 2 * math.pi * radius, math.pi * radius

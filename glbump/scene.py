@@ -54,12 +54,14 @@ class Bump(check.Frozen):
 
     height: grey picture or (H, W) array; 0..1 is its full range, positive along the outward normal.
     amplitude: the world length of that full range; negative turns bumps into dents.
-    repeat: how often the picture repeats per unit of u and of v.
+    repeat: how often the picture repeats per unit of u and of v; triplanar, per unit of the object's coordinates.
     channel: "r", "g", "b" or "a" where the picture is coloured.
     border: what lies beyond the picture's edge: "wrap" (it repeats), "mirror" (every other one is turned round), or
     "clamp" (once, its edges drawn out).
     scaling: "world", amplitude in world units, so that bumps on a larger surface are flatter; or "parameter", in units
     of u and v (Blinn 1978, section 4): the look does not change with the size of the surface.
+    mapping: "uv", or "triplanar" for surfaces without u and v: laid along the object's three axes, seen upright from
+    outside, and mixed by the normal's components.
     """
 
     height: Image
@@ -68,10 +70,14 @@ class Bump(check.Frozen):
     channel: str | None = None
     border: str = "wrap"
     scaling: str = "world"
+    mapping: str = "uv"
 
     def __post_init__(self) -> None:
         check.choice("bump.border", self.border, ("wrap", "mirror", "clamp"))
         check.choice("bump.scaling", self.scaling, ("world", "parameter"))
+        check.choice("bump.mapping", self.mapping, ("uv", "triplanar"))
+        if (self.mapping, self.scaling) == ("triplanar", "parameter"):
+            raise SceneError('bump.scaling "parameter" is in units of u and v; bump.mapping "triplanar" has none')
         self._store(
             height=checked_image("bump.height", self.height),
             amplitude=check.number("bump.amplitude", self.amplitude, least=-1e30, most=1e30),

@@ -1,13 +1,16 @@
 // The bumps of a surface as this scene and this plan have them: BUMP layers, whose gradients add up. Glue: reads
 // uniforms, dispatches to lib.
 // Each layer's kind is a sum: SLOPES, NORMALS or HEIGHTS, CLAMPED where the map ends at its edge, PARAMETER where its
-// amplitude is in units of u and v.
+// amplitude is in units of u and v, TRIPLANAR where it lies along the object's axes, SCREEN where gradients of its heights
+// are taken from pixel to pixel.
 
 #define SLOPES 1
 #define NORMALS 2
 #define HEIGHTS 3
 #define CLAMPED 4
 #define PARAMETER 8
+#define TRIPLANAR 16
+#define SCREEN 32
 
 // Kernels, as glbump/maps/gradients.py IN_SHADERS has them.
 #define FORWARD 0
@@ -31,7 +34,7 @@
 #if HAS_CODES
 #include "lib/encodings.glsl"
 #endif
-#if HAS_HEIGHTS
+#if HAS_HEIGHTS || HAS_SCREEN
 #include "lib/gradients.glsl"
 #endif
 
@@ -46,9 +49,13 @@ uniform sampler2D bump_2;
 uniform sampler2D bump_3;
 #endif
 // Of each layer; there are four at most.
-uniform vec2 repeat[4];
+uniform vec2 repeat[4];          // per unit of u and v, or of the object's coordinates
 uniform vec2 slope_scale[4];  // slopes of the map to those of the surface's u, v (of tangents, for normal maps)
-#if BUMP_FULL
+#if HAS_TRIPLANAR
+uniform vec3 origin_u[4];  // repeats from the object's origin to where its coordinates count from, along each axis
+uniform vec3 origin_v[4];
+#endif
+#if BUMP_FULL || HAS_SCREEN
 uniform float height_scale[4];
 #endif
 #if HAS_CODES
@@ -58,12 +65,29 @@ uniform vec3 code_range[4];  // what the last code stands for, of slopes and hei
 uniform float bump_footprint;  // of a sample, in pixels
 #endif
 
+// Where on the surface, and how that changes from pixel to pixel.
+struct Place {
+#if HAS_UV
+    vec2 uv;
+    vec2 uv_dx;
+    vec2 uv_dy;
+#endif
+#if HAS_TRIPLANAR
+    vec3 p;  // of the object
+    vec3 p_dx;
+    vec3 p_dy;
+    vec3 n;
+#endif
+};
+
 // What the layers add up to.
 struct Relief {
     float height;
     vec2 by_uv;         // dB/du, dB/dv of heights in lengths of the surface
     vec2 by_parameter;  // of heights in units of u and v
     vec2 by_tangent;    // slopes along tangent and bitangent
+    vec3 by_object;     // gradient in the object's coordinates
+    float on_screen;    // heights whose gradient is left to the screen
 };
 
 #if HAS_HEIGHTS
@@ -123,34 +147,76 @@ vec3 relief_texel(sampler2D map, const int i, const int stored, float middle, ve
     return texel;
 }
 
-void add_layer(inout Relief r, sampler2D map, const int kind, const int i, const int stored, float middle, vec2 uv,
-               vec2 ddx, vec2 ddy) {
-    int how = kind & 3;
-    vec2 place = uv * repeat[i];
+// Slopes of the map at `place`, which changes by ddx and ddy from pixel to pixel; and in b its height.
+vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, float middle, vec2 place, vec2 ddx, vec2 ddy) {
 #if HAS_HEIGHTS
-    if (how == HEIGHTS) {
-        r.by_uv += slope_at(map, place) * slope_scale[i];
-#if BUMP_FULL
-#if KERNEL == BSPLINE
-        r.height += height_scale[i] * height_bspline(map, place);
+    if ((kind & 3) == HEIGHTS && (kind & SCREEN) == 0) {
+#if BUMP_FULL && KERNEL == BSPLINE
+        return vec3(slope_at(map, place), height_bspline(map, place));
+#elif BUMP_FULL
+        return vec3(slope_at(map, place), height_at(map, place));
 #else
-        r.height += height_scale[i] * height_at(map, place);
+        return vec3(slope_at(map, place), 0.0);
 #endif
-#endif
-        return;
     }
 #endif
+#if HAS_SCREEN && KERNEL == BSPLINE
+    if ((kind & SCREEN) != 0) return vec3(0.0, 0.0, height_bspline(map, place));
+#endif
 #if BUMP_MIP
-    vec2 size = vec2(textureSize(map, 0)) * repeat[i] * bump_footprint;
+    vec2 size = vec2(textureSize(map, 0)) * bump_footprint;
     float level = isotropic_level(ddx * size, ddy * size);
 #else
     const float level = 0.0;
 #endif
+#if HAS_SCREEN
+    if ((kind & SCREEN) != 0) return vec3(0.0, 0.0, textureLod(map, place, level).r);
+#endif
     vec3 texel = relief_texel(map, i, stored, middle, place, level);
-    vec2 slope = texel.rg * slope_scale[i];
     // Beyond the edge of a map that ends the height goes on as it is at the edge.
-    if ((kind & CLAMPED) != 0) slope *= step(0.0, place) * step(place, vec2(1.0));
-    if (how == NORMALS) {
+    if ((kind & CLAMPED) != 0) texel.rg *= step(0.0, place) * step(place, vec2(1.0));
+    return texel;
+}
+
+#if HAS_TRIPLANAR
+// One of the three maps: right and up, along axes of the object, are where its u and v grow.
+void add_plane(inout Relief r, sampler2D map, const int kind, const int i, const int stored, float middle, Place at,
+               float share, vec3 right, vec3 up) {
+    vec2 place = vec2(dot(at.p * repeat[i].x + origin_u[i], right), dot(at.p * repeat[i].y + origin_v[i], up));
+    vec2 ddx = vec2(dot(at.p_dx, right), dot(at.p_dx, up)) * repeat[i];
+    vec2 ddy = vec2(dot(at.p_dy, right), dot(at.p_dy, up)) * repeat[i];
+    vec3 texel = texel_at(map, kind, i, stored, middle, place, ddx, ddy);
+    vec2 slope = texel.rg * slope_scale[i];
+    r.by_object += share * (slope.x * right + slope.y * up);
+#if HAS_SCREEN
+    if ((kind & SCREEN) != 0) r.on_screen += share * height_scale[i] * texel.b;
+#endif
+}
+#endif
+
+void add_layer(inout Relief r, sampler2D map, const int kind, const int i, const int stored, float middle, Place at) {
+#if HAS_TRIPLANAR
+    if ((kind & TRIPLANAR) != 0) {
+        // Each is seen upright from outside, on both of its sides.
+        vec3 share = triplanar_shares(at.n);
+        vec3 side = vec3(at.n.x < 0.0 ? -1.0 : 1.0, at.n.y < 0.0 ? -1.0 : 1.0, at.n.z < 0.0 ? -1.0 : 1.0);
+        add_plane(r, map, kind, i, stored, middle, at, share.x, vec3(0.0, 0.0, -side.x), vec3(0.0, 1.0, 0.0));
+        add_plane(r, map, kind, i, stored, middle, at, share.y, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, -side.y));
+        add_plane(r, map, kind, i, stored, middle, at, share.z, vec3(side.z, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        return;
+    }
+#endif
+#if HAS_UV
+    vec2 times = repeat[i];
+    vec3 texel = texel_at(map, kind, i, stored, middle, at.uv * times, at.uv_dx * times, at.uv_dy * times);
+    vec2 slope = texel.rg * slope_scale[i];
+#if HAS_SCREEN
+    if ((kind & SCREEN) != 0) {
+        r.on_screen += height_scale[i] * texel.b;
+        return;
+    }
+#endif
+    if ((kind & 3) == NORMALS) {
         r.by_tangent += slope;
     } else if ((kind & PARAMETER) != 0) {
         r.by_parameter += slope;
@@ -160,20 +226,20 @@ void add_layer(inout Relief r, sampler2D map, const int kind, const int i, const
         r.height += height_scale[i] * texel.b;
 #endif
     }
+#endif
 }
 
-// ddx, ddy: change of uv from pixel to pixel.
-Relief relief_at(vec2 uv, vec2 ddx, vec2 ddy) {
-    Relief r = Relief(0.0, vec2(0.0), vec2(0.0), vec2(0.0));
-    add_layer(r, bump_0, BUMP_0, 0, STORED_0, float(MIDDLE_0), uv, ddx, ddy);
+Relief relief_at(Place at) {
+    Relief r = Relief(0.0, vec2(0.0), vec2(0.0), vec2(0.0), vec3(0.0), 0.0);
+    add_layer(r, bump_0, BUMP_0, 0, STORED_0, float(MIDDLE_0), at);
 #if BUMP > 1
-    add_layer(r, bump_1, BUMP_1, 1, STORED_1, float(MIDDLE_1), uv, ddx, ddy);
+    add_layer(r, bump_1, BUMP_1, 1, STORED_1, float(MIDDLE_1), at);
 #endif
 #if BUMP > 2
-    add_layer(r, bump_2, BUMP_2, 2, STORED_2, float(MIDDLE_2), uv, ddx, ddy);
+    add_layer(r, bump_2, BUMP_2, 2, STORED_2, float(MIDDLE_2), at);
 #endif
 #if BUMP > 3
-    add_layer(r, bump_3, BUMP_3, 3, STORED_3, float(MIDDLE_3), uv, ddx, ddy);
+    add_layer(r, bump_3, BUMP_3, 3, STORED_3, float(MIDDLE_3), at);
 #endif
     return r;
 }

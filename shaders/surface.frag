@@ -52,6 +52,9 @@ uniform mat3 env_from_object;
 #endif
 #if TRANSFORM == GENERAL
 uniform mat3 env_from_object_normal;
+#if HAS_TRIPLANAR
+uniform mat3 env_from_object_gradient;  // the same, of the length that gradients have
+#endif
 #endif
 
 #if SHAPE == SPHERE
@@ -94,7 +97,7 @@ uniform vec2 log_depth;  // factor, summand
 in vec3 p_object;
 #if SHAPE == MESH
 in vec3 mesh_normal;
-#if BUMP
+#if HAS_UV
 in vec2 mesh_uv;
 in vec3 mesh_dpdu;
 in vec3 mesh_dpdv;
@@ -135,23 +138,24 @@ vec3 turned_change(vec3 dn, vec3 n_object) {
 struct SurfacePoint {
     vec3 p_object;
     vec3 n_object;
+#if HAS_UV
     vec2 uv;
     vec3 dpdu;
     vec3 dpdv;
+#endif
 #if BUMP_FULL
     vec3 dndu;
     vec3 dndv;
 #endif
 };
 
-// Only what BUMP needs is asked for; the compiler drops the rest.
 SurfacePoint surface_point(vec3 dir_object) {
     SurfacePoint s;
     s.p_object = p_object;
 #if SHAPE == MESH
     // Between vertices whose normals are opposite there is none: 0, and no NaN.
     s.n_object = mesh_normal * inversesqrt(max(dot(mesh_normal, mesh_normal), 1e-30));
-#if BUMP
+#if HAS_UV
     s.uv = mesh_uv;
     s.dpdu = mesh_dpdu;
     s.dpdv = mesh_dpdv;
@@ -168,7 +172,7 @@ SurfacePoint surface_point(vec3 dir_object) {
     vec3 p = p_object + sphere_step(p_object, dir_object, radius) * dir_object;
     s.p_object = p;
     s.n_object = p / radius;
-#if BUMP
+#if HAS_UV
     s.uv = sphere_uv(p);
     s.dpdu = sphere_dpdu(p);
     s.dpdv = sphere_dpdv(p);
@@ -181,7 +185,7 @@ SurfacePoint surface_point(vec3 dir_object) {
     vec3 p = p_object + torus_step(p_object, dir_object, radius, tube) * dir_object;
     s.p_object = p;
     s.n_object = torus_normal(p, radius);
-#if BUMP
+#if HAS_UV
     s.uv = torus_uv(p, radius);
     s.dpdu = torus_dpdu(p);
     s.dpdv = torus_dpdv(p, radius);
@@ -192,7 +196,7 @@ SurfacePoint surface_point(vec3 dir_object) {
 #endif
 #elif SHAPE == QUAD
     s.n_object = normalize(cross(corners[2] - corners[0], corners[3] - corners[1]));
-#if BUMP
+#if HAS_UV
     s.uv = inverse_bilinear(p_object, corners[0], corners[1], corners[2], corners[3]);
     s.dpdu = bilinear_dpdu(s.uv, corners[0], corners[1], corners[2], corners[3]);
     s.dpdv = bilinear_dpdv(s.uv, corners[0], corners[1], corners[2], corners[3]);
@@ -205,20 +209,30 @@ SurfacePoint surface_point(vec3 dir_object) {
 
 #if BUMP
 vec3 bumped(SurfacePoint s, vec3 n_env) {
-    vec2 ddx = vec2(0.0);
-    vec2 ddy = vec2(0.0);
-#if BUMP_MIP
-#if SHAPE == SPHERE || SHAPE == TORUS
-    ddx = wrapped_difference(dFdx(s.uv));
-    ddy = wrapped_difference(dFdy(s.uv));
-#else
-    ddx = dFdx(s.uv);
-    ddy = dFdy(s.uv);
+    Place at;
+#if HAS_UV
+    at.uv = s.uv;
+    at.uv_dx = at.uv_dy = vec2(0.0);
+#if BUMP_MIP && (SHAPE == SPHERE || SHAPE == TORUS)
+    at.uv_dx = wrapped_difference(dFdx(s.uv));
+    at.uv_dy = wrapped_difference(dFdy(s.uv));
+#elif BUMP_MIP
+    at.uv_dx = dFdx(s.uv);
+    at.uv_dy = dFdy(s.uv);
 #endif
-#endif
-    Relief relief = relief_at(s.uv, ddx, ddy);
     vec3 dpdu = turned(s.dpdu);
     vec3 dpdv = turned(s.dpdv);
+#endif
+#if HAS_TRIPLANAR
+    at.p = s.p_object;
+    at.n = s.n_object;
+    at.p_dx = at.p_dy = vec3(0.0);
+#if BUMP_MIP
+    at.p_dx = dFdx(s.p_object);
+    at.p_dy = dFdy(s.p_object);
+#endif
+#endif
+    Relief relief = relief_at(at);
     vec3 gradient = vec3(0.0);
 #if HAS_NORMALS
     vec3 t, b;
@@ -238,6 +252,16 @@ vec3 bumped(SurfacePoint s, vec3 n_env) {
 #else
     gradient += surface_gradient(n_env, dpdu, dpdv, relief.by_uv);
 #endif
+#endif
+#if HAS_TRIPLANAR
+#if TRANSFORM == GENERAL
+    gradient += volume_gradient(n_env, env_from_object_gradient * relief.by_object);
+#else
+    gradient += volume_gradient(n_env, turned(relief.by_object));
+#endif
+#endif
+#if HAS_SCREEN
+    gradient += surface_gradient_screen(n_env, turned(s.p_object), relief.on_screen);
 #endif
     return bump_normal(n_env, gradient);
 }

@@ -13,7 +13,7 @@ out vec3 p_object;
 #if SHAPE == MESH
 in vec3 normal;
 out vec3 mesh_normal;
-#if BUMP
+#if HAS_UV
 in vec2 texcoord;
 in vec3 tangent_u;
 in vec3 tangent_v;
@@ -37,7 +37,7 @@ void main() {
 #endif
 #if SHAPE == MESH
     mesh_normal = normal;
-#if BUMP
+#if HAS_UV
     mesh_uv = texcoord;
     mesh_dpdu = tangent_u;
     mesh_dpdv = tangent_v;

@@ -57,6 +57,11 @@ SOUND: dict[str, Any] = {
     "by parameter, 1e6": heights(NOISE, 1e6, scaling="parameter"),
     "steepest drawn": heights(STEP, 1e10),
     "repeats of 1e6": heights(NOISE, 1e-9, repeat=1e6),
+    "triplanar": heights(NOISE, mapping="triplanar"),
+    "triplanar, 1x1": heights(NOISE[:1, :1], mapping="triplanar"),
+    "triplanar, ends": heights(NOISE[:3, :7], mapping="triplanar", border="clamp"),
+    "triplanar, -1e-30": heights(NOISE, -1e-30, mapping="triplanar"),
+    "triplanar, steepest drawn": heights(STEP, 1e10, mapping="triplanar"),
     "normals as steep as any": normal_map((0.99996, 0, 0.0085)),
     "normals, 1x1": normal_map((0.1, 0.2, 0.97), (1, 1)),
     "normals scaled by 1e6": NormalMap(normal_map((0.1, 0.2, 0.97)).normal_map, scale=1e6),
@@ -82,6 +87,7 @@ REFUSED: dict[str, tuple[Any, type[GlbumpError], str]] = {
     "1e30": (heights(NOISE, 1e30), LimitError, r"lower bump\.amplitude or bump\.repeat"),
     "-1e30": (heights(NOISE, -1e30), LimitError, r"lower bump\.amplitude or bump\.repeat"),
     "1e30 by parameter": (heights(NOISE, 1e30, scaling="parameter"), LimitError, r"lower bump\.amplitude"),
+    "triplanar 1e30": (heights(NOISE, 1e30, mapping="triplanar"), LimitError, r"lower bump\.amplitude or bump\.repeat"),
     "black normals": (normal_map((-1, -1, -1)), ImageError, r"a grey picture is no normal map; if it holds heights"),
     "grey normals": (normal_map((0, 0, 0)), ImageError, r"a grey picture is no normal map"),
     "normals that look in": (normal_map((0.6, 0, -0.8)), ImageError, r"100% of its vectors point into the surface"),
@@ -115,7 +121,7 @@ def assert_refused(renderer: Renderer, what: str, shape: Any, quality: Quality) 
 
 
 @pytest.mark.parametrize("kernel", BUMP_KERNELS)
-@pytest.mark.parametrize("read", ["baked", "shader"])
+@pytest.mark.parametrize("read", ["baked", "shader", "screen"])
 def test_every_kernel_and_read(renderer: Renderer, kernel: str, read: str) -> None:
     quality = Quality("exact", samples=1, bump_kernel=kernel, bump_read=read)
     for shape in (Sphere(), Plane()):
@@ -186,7 +192,7 @@ def test_uv_without_area(renderer: Renderer, tmp_path: Any, what: str) -> None:
     path.write_text("\n".join([*corners, *places, "vn 0 0 1", "f 1/1/1 2/2/1 3/3/1", "f 1/1/1 3/3/1 4/4/1"]))
     camera = Camera(eye=(0.2, 0.3, 3), target=(0, 0, 0), fov=30)
     for bump in (heights(NOISE, 0.01), normal_map((0.3, 0.1, 0.9)), heights(NOISE, 0.01, scaling="parameter")):
-        for read in ("baked", "shader"):
+        for read in ("baked", "shader", "screen"):
             scene = Scene([Surface(MeshFile(path), MIRROR, bump)], COMPASS, camera)
             quality = Quality("exact", samples=1, bump_read=read)
             assert np.isfinite(renderer.render(scene, (16, 16), quality).pixels).all()
@@ -196,6 +202,6 @@ def test_uv_without_area(renderer: Renderer, tmp_path: Any, what: str) -> None:
 def test_quads_next_to_triangles(renderer: Renderer) -> None:
     """dp/du is 0 at a corner that two nearly share."""
     quad = Quad(((-1, -1, 0), (1, -1, 0), (1e-6, 1, 0), (-1e-6, 1, 0)))
-    for read in ("baked", "shader"):
+    for read in ("baked", "shader", "screen"):
         for quality in (Quality("exact", samples=1, bump_read=read), Quality("balanced", bump_read=read)):
             assert_drawn(renderer, heights(NOISE, 0.02), quad, quality, "quad")

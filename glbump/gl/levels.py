@@ -23,7 +23,7 @@ UPLOAD_UNIT = 15
 
 _TEXTURE_2D, _TEXTURE_CUBE, CUBE_POSITIVE_X = 0x0DE1, 0x8513, 0x8515
 _MAX_LEVEL, _UNPACK_ALIGNMENT = 0x813D, 0x0CF5
-_RG, _RGB, _RGBA = 0x8227, 0x1907, 0x1908
+_RED, _RG, _RGB, _RGBA = 0x1903, 0x8227, 0x1907, 0x1908
 _TYPES: dict[str, tuple[int, type[np.generic]]] = {
     "f2": (0x140B, np.float16),
     "f4": (0x1406, np.float32),
@@ -36,6 +36,7 @@ _TYPES: dict[str, tuple[int, type[np.generic]]] = {
 _FORMATS = {
     ("f2", 2): (0x822F, _RG),
     ("f2", 3): (0x881B, _RGB),
+    ("f4", 1): (0x822E, _RED),
     ("f4", 2): (0x8230, _RG),
     ("f4", 3): (0x8815, _RGB),
     ("f1", 2): (0x822B, _RG),

@@ -301,7 +301,7 @@ class Renderer:
         how = plan.surfaces[index]
         attributes = {"position": "positions"}
         if how.has("SHAPE") == MESH:
-            attributes = _MESH_ATTRIBUTES | (_BUMP_ATTRIBUTES if how.layers else {})
+            attributes = _MESH_ATTRIBUTES | (_BUMP_ATTRIBUTES if how.has("HAS_UV") else {})
             attributes |= _FULL_ATTRIBUTES if how.has("BUMP_FULL") else {}
         shape = None if how.has("OUTLINE") else scene.surfaces[index].shape
         return self._store.mesh(

@@ -21,7 +21,8 @@ from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, GENERAL, MESH
 from glbump.reference.reflect import f0_from_ior
-from glbump.scene import MOST_BUMPS, Bump, NormalMap, Scene, Surface
+from glbump.relief import Layer
+from glbump.scene import MOST_BUMPS, Bump, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -188,6 +189,7 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     if how.has("TRANSFORM") == GENERAL:
         normal = np.linalg.inv(linear).T
         values["env_from_object_normal"] = normal / np.abs(normal).max()
+        values["env_from_object_gradient"] = normal
     match surface.shape:
         case Sphere(radius=radius):
             values["radius"] = radius / unit
@@ -203,8 +205,11 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
         bumps = [layer.bump for layer in how.layers]
         # The u,v of a mesh are counted in repeats already.
         per_mesh = mesh_repeat(how)
-        values["repeat"] = _of_layers([np.divide(bump.map_repeat, per_mesh) for bump in bumps])
-        values["slope_scale"] = _of_layers([_slope_scale(bump, world_unit) for bump in bumps])
+        counted = [np.full(2, unit) if layer.is_triplanar else np.divide(1, per_mesh) for layer in how.layers]
+        values["repeat"] = _of_layers([bump.map_repeat * per for bump, per in zip(bumps, counted)])
+        values["slope_scale"] = _of_layers([_slope_scale(layer, unit, world_unit) for layer in how.layers])
+        for axis, name in enumerate(("origin_u", "origin_v")):
+            values[name] = _of_layers([_origin_in_repeats(layer, axis, origin) for layer in how.layers])
         values["height_scale"] = _of_layers([getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps])
         values["code_range"] = _of_layers([code_range(layer.most(contents)) for layer in how.layers])
         values["bump_footprint"] = plan.samples**-0.5
@@ -234,13 +239,20 @@ def _of_layers(values: Sequence[npt.ArrayLike]) -> F64:
 def mesh_repeat(how: SurfacePlan) -> tuple[float, float]:
     """What the u,v of a surface's mesh are multiplied by: the repeat that all its bumps have, so that nothing is lost
     of large ones in 32 bits."""
-    repeats = {layer.bump.map_repeat for layer in how.layers}
+    repeats = {layer.bump.map_repeat for layer in how.layers if not layer.is_triplanar}
     return repeats.pop() if how.has("SHAPE") == MESH and len(repeats) == 1 else (1.0, 1.0)
 
 
-def _slope_scale(bump: Bump | NormalMap, world_unit: float) -> F64:
+def _slope_scale(layer: Layer, unit: float, world_unit: float) -> F64:
+    bump = layer.bump
     in_lengths = isinstance(bump, Bump) and bump.scaling == "world"
-    return np.array(bump.slope_scale) / (world_unit if in_lengths else 1.0)
+    return np.array(bump.slope_scale) * (unit if layer.is_triplanar else 1.0) / (world_unit if in_lengths else 1.0)
+
+
+def _origin_in_repeats(layer: Layer, axis: int, origin: F64) -> F64:
+    """(3,) where a shape's coordinates count from, in repeats along u (axis 0) or v; whole ones are none."""
+    repeats = origin * layer.bump.map_repeat[axis]
+    return repeats if layer.ends else repeats - np.rint(repeats)
 
 
 def room_uniforms(environment: Environment, world_from_object: F64, origin: F64) -> dict[str, Any]:

@@ -25,8 +25,8 @@ Defines = tuple[tuple[str, int], ...]
 
 MESH, SPHERE, TORUS, QUAD = range(4)
 NO_BUMP, SLOPES, NORMALS, HEIGHTS = range(4)
-"""Kinds of bumps; CLAMPED and PARAMETER are added to them."""
-CLAMPED, PARAMETER = 4, 8
+"""Kinds of bumps; what follows is added to them."""
+CLAMPED, PARAMETER, TRIPLANAR, SCREEN = 4, 8, 16, 32
 DRAWN_LAYOUTS = (LATLONG, CUBE, HEMICUBE, OCTAHEDRAL, EQUAL_AREA, EQUIDISTANT, ORTHOGRAPHIC, PARABOLOID)
 """Those that shaders read, in the order of their numbers there."""
 COMPUTED = {kind: len(DRAWN_LAYOUTS) + i for i, kind in enumerate((Sky, Chrome, Fractal))}

@@ -27,9 +27,11 @@ from glbump.plan.choices import (
     ORTHOGONAL,
     PARAMETER,
     QUAD,
+    SCREEN,
     SLOPES,
     SPHERE,
     TORUS,
+    TRIPLANAR,
     Defines,
     Note,
     SurfacePlan,
@@ -51,10 +53,11 @@ _SHAPES = {Sphere: SPHERE, Torus: TORUS, Quad: QUAD, Plane: MESH, Cube: MESH, Me
 def require_uv(index: int, surface: Surface, contents: Contents) -> None:
     """SceneError where a surface has bumps and no texture coordinates for them."""
     shape = surface.shape
-    if surface.bumps and isinstance(shape, MESHES) and contents.mesh(shape).uv is None:
+    need = any(not (isinstance(bump, Bump) and bump.mapping == "triplanar") for bump in surface.bumps)
+    if need and isinstance(shape, MESHES) and contents.mesh(shape).uv is None:
         raise SceneError(
             f"surface {index}: {shape.name} has no texture coordinates, and bumps need them; "
-            "unwrap the mesh, or leave out bump"
+            'unwrap the mesh, give heights mapping = "triplanar", or leave out bump'
         )
 
 
@@ -75,8 +78,9 @@ def _require_drawable(index: int, surface: Surface, layer: Layer, contents: Cont
     if isinstance(bump, Bump):
         extent = 1.0
         if bump.scaling == "world":
-            extent = float(np.ptp(contents.bounds(surface.shape), axis=0).max())
-            extent *= float(np.abs(np.asarray(surface.transform.scale)).min())
+            extent = float(np.abs(np.asarray(surface.transform.scale)).min())
+            if bump.mapping == "uv":
+                extent *= float(np.ptp(contents.bounds(surface.shape), axis=0).max())
         rise = contents.steepest(bump, layer.kernel) * max(map(abs, bump.slope_scale)) / extent
         if not rise <= STEEPEST:
             raise LimitError(
@@ -142,42 +146,60 @@ def _bumps(
     layers = relief.layers(surface, quality, contents)
     if not layers:
         note(f"{name} bump", "none", "it has no bump" if surface.bump is None else "its amplitude or scale is 0")
-        return (), {"BUMP": 0, "BUMP_FULL": 0, "BUMP_MIP": 0}
-    kinds = [_KINDS[layer.kind] for layer in layers]
+        return (), {"BUMP": 0, "BUMP_FULL": 0, "BUMP_MIP": 0, "HAS_UV": 0, "HAS_TRIPLANAR": 0}
     for i, layer in enumerate(layers):
-        if isinstance(layer.bump, Bump):
-            kinds[i] += CLAMPED * (layer.bump.border == "clamp") + PARAMETER * (layer.bump.scaling == "parameter")
         number = f" {i}" if len(layers) > 1 else ""
         what = layer.kind if layer.kind == relief.NORMALS else f"{layer.kind} ({layer.kernel})"
-        note(f"{name} bump{number}", f"{what}, {layer.filter(quality.bump_filter)}", layer.why)
+        where = ", triplanar" if layer.is_triplanar else ""
+        note(f"{name} bump{number}", f"{what}{where}, {layer.filter(quality.bump_filter)}", layer.why)
         note(f"{name} bump{number} format", layer.stored.name, layer.stored_why)
-    terms = relief.terms(surface, quality, contents)
-    if any(isinstance(layer.bump, Bump) for layer in layers):
+    terms = relief.terms(surface, layers, quality, contents)
+    if any(layer.is_raised for layer in layers):
         why = f"without B (N/|N|)_u and _v normals are off by {terms.error:.2g} degrees at most"
         if quality.bump_terms == "auto":
             why += f", and {quality.direction_error:g} are allowed"
         note(f"{name} bump terms", "full" if terms.full else "small", why)
-    read = {kind & 3 for kind in kinds}
+    return layers, _bump_defines(layers, quality, terms.full)
+
+
+def _bump_defines(layers: tuple[Layer, ...], quality: Quality, full: bool) -> dict[str, int]:
+    kinds = [_kind(layer) for layer in layers]
+    of_texels = [layer for layer in layers if layer.kind == relief.HEIGHTS]
+    on_screen = [layer for layer in layers if layer.kind == relief.SCREEN]
     defines = {
         "BUMP": len(layers),
         **{f"BUMP_{i}": kind for i, kind in enumerate(kinds)},
-        "BUMP_FULL": int(terms.full),
         **{f"STORED_{i}": layer.stored.family for i, layer in enumerate(layers)},
         **{f"MIDDLE_{i}": layer.stored.middle for i, layer in enumerate(layers)},
+        "BUMP_FULL": int(full),
         "BUMP_MIP": int(any(layer.filter(quality.bump_filter) != "bilinear" for layer in layers)),
         "HAS_CODES": int(any(layer.stored.family != PLAIN for layer in layers)),
         "HAS_FOLDED": int(any(not layer.stored.is_filtered for layer in layers)),
-        "HAS_NORMALS": int(NORMALS in read),
+        "HAS_UV": int(not all(layer.is_triplanar for layer in layers)),
+        "HAS_TRIPLANAR": int(any(layer.is_triplanar for layer in layers)),
+        "HAS_NORMALS": int(any(layer.kind == relief.NORMALS for layer in layers)),
         "HAS_PARAMETER": int(any(kind & PARAMETER for kind in kinds)),
-        "HAS_WORLD": int(any(kind & 3 != NORMALS and not kind & PARAMETER for kind in kinds)),
-        "HAS_HEIGHTS": int(HEIGHTS in read),
+        "HAS_WORLD": int(any(layer.is_raised for layer in layers)),
+        "HAS_HEIGHTS": int(bool(of_texels)),
+        "HAS_SCREEN": int(bool(on_screen)),
     }
-    if HEIGHTS in read:
-        defines["KERNEL"] = IN_SHADERS.index(quality.bump_kernel)
-    return layers, defines
+    if of_texels or on_screen:
+        # All come by one quality.
+        defines["KERNEL"] = IN_SHADERS.index((of_texels or on_screen)[0].kernel)
+    return defines
 
 
-_KINDS = {relief.SLOPES: SLOPES, relief.NORMALS: NORMALS, relief.HEIGHTS: HEIGHTS}
+def _kind(layer: Layer) -> int:
+    kind = _KINDS[layer.kind] + CLAMPED * layer.ends + TRIPLANAR * layer.is_triplanar
+    return kind + PARAMETER * (isinstance(layer.bump, Bump) and layer.bump.scaling == "parameter")
+
+
+_KINDS = {
+    relief.SLOPES: SLOPES,
+    relief.NORMALS: NORMALS,
+    relief.HEIGHTS: HEIGHTS,
+    relief.SCREEN: HEIGHTS + SCREEN,
+}
 
 
 def _stepped(segments: int) -> int:

@@ -91,6 +91,19 @@ def orthogonal_gradient(dpdu: npt.ArrayLike, dpdv: npt.ArrayLike, slope: npt.Arr
     return total
 
 
+def volume_gradient(n: npt.ArrayLike, g: npt.ArrayLike) -> F64:
+    """The part in the tangent plane of g, the gradient in space of a height: (n x g) x n."""
+    unit, gradient = np.asarray(n, np.float64), np.asarray(g, np.float64)
+    return np.cross(np.cross(unit, gradient), unit)
+
+
+def triplanar_shares(n: npt.ArrayLike) -> F64:
+    """(..., 3) in 0..1, 1 in all: the eighth powers of the components over their sum; 0 of no normal."""
+    power = np.asarray(n, np.float64) ** 8
+    total = power.sum(axis=-1, keepdims=True)
+    return power / np.where(total == 0, 1.0, total)
+
+
 def bump_normal(n: npt.ArrayLike, gradient: npt.ArrayLike) -> F64:
     """Unit normal of the surface raised by a height with this surface gradient."""
     return _unit(np.asarray(n, np.float64) - np.asarray(gradient, np.float64))

@@ -15,8 +15,8 @@ from glbump.reference import bump as bumps
 from glbump.reference import encodings, gradients
 from glbump.reference import filter as filters
 from glbump.reference.cast import Hits
-from glbump.relief import HEIGHTS, Layer, layers, terms
-from glbump.scene import NormalMap, Surface
+from glbump.relief import HEIGHTS, SCREEN, Layer, layers, terms
+from glbump.scene import Bump, NormalMap, Surface
 from glbump.shapes import Sphere, Torus
 
 F32 = npt.NDArray[np.float32]
@@ -46,7 +46,7 @@ class Relief:
         self.surface, self.how = surface, quality.bump_filter
         self.footprint = samples**-0.5
         self.layers = layers(surface, quality, contents)
-        self.full = bool(self.layers) and terms(surface, quality, contents).full
+        self.full = bool(self.layers) and terms(surface, self.layers, quality, contents).full
         self._maps = [self._levels(layer, contents) for layer in self.layers]
 
     def _levels(self, layer: Layer, contents: Contents) -> list[F64]:
@@ -57,22 +57,28 @@ class Relief:
 
     def bent(self, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
         """Normals (K, 3) of the hits `front`, bent. n_env: unit normals; linear: (3, 3) from the object's frame."""
-        assert hit.uv is not None
-        assert hit.dpdu is not None
-        assert hit.dpdv is not None
-        uv = hit.uv[front]
-        dpdu, dpdv = hit.dpdu[front] @ linear.T, hit.dpdv[front] @ linear.T
+        uv = np.zeros((len(front), 2)) if hit.uv is None else hit.uv[front]
+        p, n = hit.p[front], hit.n[front]
+        dpdu, dpdv = (np.zeros_like(p) if d is None else d[front] @ linear.T for d in (hit.dpdu, hit.dpdv))
         gradient = np.zeros_like(n_env)
-        height, by_uv = np.zeros(len(uv)), np.zeros_like(uv)
+        height, by_uv, on_screen = np.zeros(len(uv)), np.zeros_like(uv), np.zeros(len(uv))
         for layer, levels in zip(self.layers, self._maps):
             bump = layer.bump
-            value = self._read(layer, levels, uv, at)
+            if layer.is_triplanar:
+                along, above = self._triplanar(layer, levels, p, n, at)
+                # Of a height that is known where the object is: rows, by the inverse.
+                gradient += bumps.volume_gradient(n_env, along @ np.linalg.inv(linear))
+                on_screen += above if layer.kind == SCREEN else 0.0
+                continue
+            value = self._read(layer, levels, uv * bump.map_repeat, self._changes(uv, at, bump.map_repeat))
             slope = value[:, :2] * bump.slope_scale
             if isinstance(bump, NormalMap):
                 t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
                 gradient += slope[:, :1] * t + slope[:, 1:] * b
             elif bump.scaling == "parameter":
                 gradient += bumps.invariant_gradient(n_env, dpdu, dpdv, slope)
+            elif layer.kind == SCREEN:
+                on_screen += bump.amplitude * value[:, 2]
             else:
                 by_uv += slope
                 height += bump.amplitude * value[:, 2]
@@ -81,7 +87,37 @@ class Relief:
             gradient += bumps.full_gradient(n_env, dpdu, dpdv, dndu, dndv, height, by_uv)
         else:
             gradient += bumps.surface_gradient(n_env, dpdu, dpdv, by_uv)
+        if on_screen.any():
+            both = zip(at.differences(p @ linear.T), at.differences(on_screen[:, None]), strict=True)
+            (p_x, h_x), (p_y, h_y) = both
+            gradient += bumps.surface_gradient(n_env, p_x, p_y, np.concatenate([h_x, h_y], axis=-1))
         return bumps.bump_normal(n_env, gradient)
+
+    def _changes(self, uv: F64, at: Place, repeat: tuple[float, float]) -> tuple[F64, F64]:
+        """Changes (K, 2) of places on the map from pixel to pixel."""
+        ddx, ddy = at.differences(uv)
+        if isinstance(self.surface.shape, Sphere | Torus):
+            ddx, ddy = filters.wrapped_difference(ddx), filters.wrapped_difference(ddy)
+        return ddx * repeat, ddy * repeat
+
+    def _triplanar(self, layer: Layer, levels: list[F64], p: F64, n: F64, at: Place) -> tuple[F64, F64]:
+        """Gradients (K, 3) in the object's frame, and heights (K), of a map laid along its axes, at points p (K, 3)
+        with normals n (K, 3)."""
+        bump = layer.bump
+        assert isinstance(bump, Bump)
+        gradient, height = np.zeros_like(p), np.zeros(len(p))
+        shares, changes = bumps.triplanar_shares(n), at.differences(p)
+        for axis, (right, up) in enumerate(_PLANES):
+            # Seen upright from outside, so from the other side the other way round.
+            side = np.where(n[:, axis] < 0, -1.0, 1.0)[:, None]
+            turned = np.where([axis != 1, axis == 1], side, 1.0)
+            right_up = np.stack([turned[:, :1] * right, turned[:, 1:] * up], axis=1)
+            place, *ddxy = (np.einsum("kij,kj->ki", right_up, v) * bump.map_repeat for v in (p, *changes))
+            value = self._read(layer, levels, place, (ddxy[0], ddxy[1]))
+            share = shares[:, axis]
+            gradient += share[:, None] * np.einsum("kij,ki->kj", right_up, value[:, :2] * bump.slope_scale)
+            height += share * bump.amplitude * value[:, 2]
+        return gradient, height
 
     @staticmethod
     def _turned(change: F64, n: F64, linear: F64) -> F64:
@@ -93,26 +129,35 @@ class Relief:
         result: F64 = across / np.sqrt(square)
         return result
 
-    def _read(self, layer: Layer, levels: list[F64], uv: F64, at: Place) -> F64:
-        """(K, 2 or 3): slopes of the map, and heights, at surface coordinates uv (K, 2)."""
-        bump = layer.bump
-        place = uv * bump.map_repeat
+    def _read(self, layer: Layer, levels: list[F64], place: F64, changes: tuple[F64, F64]) -> F64:
+        """(K, 3): slopes of the map, and heights, at places (K, 2) on it that change so from pixel to pixel; (K, 2) of
+        normal maps."""
         if layer.kind == HEIGHTS:
             return _from_heights(levels[0][..., 0], place, layer.kernel)
-        level, how = np.zeros(len(uv)), layer.filter(self.how)
+        if layer.kind == SCREEN and layer.kernel == "bspline":
+            return _heights_alone(gradients.height_bspline(levels[0][..., 0], place))
+        level, how = np.zeros(len(place)), layer.filter(self.how)
         if how != "bilinear":
-            size = np.array(levels[0].shape[1::-1]) * bump.map_repeat * self.footprint
-            ddx, ddy = at.differences(uv)
-            if isinstance(self.surface.shape, Sphere | Torus):
-                ddx, ddy = filters.wrapped_difference(ddx), filters.wrapped_difference(ddy)
-            level = filters.isotropic_level(ddx * size, ddy * size)
+            size = np.array(levels[0].shape[1::-1]) * self.footprint
+            level = filters.isotropic_level(changes[0] * size, changes[1] * size)
         value = filters.through_levels(
             lambda i, chosen: bilinear(levels[i], place[chosen], layer.ends), level, len(levels), how
         )
+        if layer.kind == SCREEN:
+            return _heights_alone(value[:, 0])
         value = after_filter(layer.stored, value)
         if layer.ends:
             value[:, :2] *= (place >= 0) & (place <= 1)
         return value
+
+
+_PLANES = (((0, 0, -1), (0, 1, 0)), ((1, 0, 0), (0, 0, -1)), ((1, 0, 0), (0, 1, 0)))
+"""Where u and v of a map that is laid along x, y or z grow, on the side that faces along that axis."""
+
+
+def _heights_alone(height: F64) -> F64:
+    """(K, 3): no slopes, and heights."""
+    return np.stack([np.zeros_like(height), np.zeros_like(height), height], axis=-1)
 
 
 def before_filter(how: BumpFormat, texels: F32, most: Sequence[float]) -> F64:

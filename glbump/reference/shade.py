@@ -59,7 +59,7 @@ def render(
     samples: a pixel, a square number, on a regular grid; their mean is the pixel (linear light, box filter).
     quality: its filters say how maps are read, "exact" bilinearly at level 0, and its gloss_size and gloss_samples
     which roughness chain, its bump_format what is read back of bumps; what surfaces capture is drawn with its samples.
-    Other storage (half floats, resampled cubes) is not modelled. contents: maps already read. Errors as `glbump.render`.
+    Other storage (half floats, resampled cubes) is not modelled. contents: maps already read. Errors as glbump.render.
     Returns a Frame of float32 pixels; its stats["surface"] (H, W) says what all samples of a pixel see: PIECES times
     the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these.
     """
@@ -230,7 +230,7 @@ class _Shader:
         geometry = np.where(behind[:, None], -n_env, n_env)
         relief = self.reliefs[index]
         if relief.layers:
-            if hit.uv is None:
+            if hit.uv is None and not all(layer.is_triplanar for layer in relief.layers):
                 raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
             n_env = relief.bent(hit, front, n_env, linear, at)
         n_env = np.where(behind[:, None], -n_env, n_env)

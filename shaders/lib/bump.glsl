@@ -55,6 +55,21 @@ vec3 orthogonal_gradient(vec3 dpdu, vec3 dpdv, vec2 slope) {
     return (uu > 1e-24 ? slope.x / uu : 0.0) * dpdu + (vv > 1e-24 ? slope.y / vv : 0.0) * dpdv;
 }
 
+// The surface gradient of a height that is known in space, from its gradient there: what that has along the surface.
+// (Perlin's n - g keeps the rest, and bends otherwise: Mikkelsen, "Surface Gradient-Based Bump Mapping Framework", 2020.)
+vec3 volume_gradient(vec3 n, vec3 g) {
+    return g - dot(n, g) * n;
+}
+
+// Shares, 1 in all, of three maps laid along the axes: squares of the normal's components, to the fourth power, so that
+// two maps are mixed within some 15 degrees of where they meet. No normal, no share.
+vec3 triplanar_shares(vec3 n) {
+    vec3 square = n * n;
+    vec3 fourth = square * square;
+    vec3 share = fourth * fourth;
+    return share / max(share.x + share.y + share.z, 1e-30);
+}
+
 // The bent normal, unit length. A slope past 1e18 would overflow the dot product: the largest component is
 // divided out first.
 vec3 bump_normal(vec3 n, vec3 gradient) {

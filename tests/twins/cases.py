@@ -183,6 +183,14 @@ def _normals_and_gradients() -> Rows:
     return n, (flat * steep[:, None]).astype(np.float32)
 
 
+def _normals_and_volumes() -> Rows:
+    """Gradients in all directions, of all lengths; along the normal nothing is left of them."""
+    n = inputs.directions(2000, 1)
+    g = _scaled(inputs.unit_vectors(len(n), 2), 1e-9, 1e9, 3)
+    g[:20] = 3 * n[:20]
+    return n, g
+
+
 def _tilted_frames() -> Rows:
     """As _frames; dp/dv along the bitangent, against it, and none at all, where it is cross(n, t) by rule."""
     n, u, v, _ = _frames()
@@ -818,6 +826,16 @@ CASES: dict[str, Case] = {
         _frames,
         "surface_gradient's direction, times a length of 4 ULP",
         abs=_invariant_bound,
+    ),
+    "bump.volume_gradient": Case(
+        _normals_and_volumes,
+        "three products and two sums for what is taken away, a product and a difference, each of |g| at most",
+        abs=lambda n, g, want: 8 * EPS * length(g),
+    ),
+    "bump.triplanar_shares": Case(
+        lambda: (np.concatenate([inputs.directions(3000, 5), np.zeros((2, 3), np.float32)]),),
+        "an eighth power of a component that is off by half a unit, and its share of their sum: 16 roundings",
+        abs=16 * EPS,
     ),
     "bump.orthogonal_gradient": Case(
         _square_frames,
