@@ -21,6 +21,7 @@ from glbump.mesh import Mesh, tessellate
 from glbump.reference import bump as bumps
 from glbump.reference import gradients, mapping
 from glbump.reference.cast import Hits
+from glbump.relief import sized
 from glbump.scene import Bump, NormalMap, Surface
 from glbump.shapes import MESHES, Cube, MeshData, Plane, Quad, Shape, Sphere, Torus, Transform
 
@@ -68,7 +69,8 @@ class Heights:
     """
 
     def __init__(self, surface: Surface, contents: Contents) -> None:
-        self.bumps = tuple(bump for bump in surface.bumps if isinstance(bump, Bump))
+        own = (sized(bump, surface, contents) for bump in surface.bumps)
+        self.bumps = tuple(bump for bump in own if isinstance(bump, Bump))
         if not self.bumps:
             raise SceneError("the surface has no heights to be displaced by; give it a bump with heights")
         if any(bump.mapping != "uv" for bump in self.bumps):
@@ -76,6 +78,11 @@ class Heights:
         if any(bump.scaling != "world" for bump in self.bumps):
             raise SceneError(
                 'heights of scaling "parameter" are no lengths, and move no surface; use scaling "world" to displace it'
+            )
+        if any(bump.mapping != "uv" for bump in self.bumps):
+            raise SceneError(
+                'heights of mapping "triplanar" are mixed by the normal, and are no one surface; use mapping "uv" to '
+                "displace it"
             )
         self._splines = [_spline(bump, contents) for bump in self.bumps]
 
@@ -177,7 +184,7 @@ def checked_cells(cells: Any) -> tuple[int, int]:
 def cells_of_maps(surface: Surface, contents: Contents) -> tuple[int, int]:
     """PER_TEXEL cells for each texel of the finest of a surface's height maps, per unit of u and of v."""
     most = [_fewest(surface.shape)] * 2
-    for bump in surface.bumps:
+    for bump in (sized(bump, surface, contents) for bump in surface.bumps):
         if isinstance(bump, Bump):
             rows, columns = contents.heights(bump).shape
             for axis, texels in enumerate((columns, rows)):

@@ -129,13 +129,31 @@ def _full_bound(n: Any, dpdu: Any, dpdv: Any, dndu: Any, dndv: Any, height: Any,
     return 2 * np.maximum(1.0, np.maximum(*lost)) * _gradient_bound(n, *moved, slope, want)
 
 
+def _frames_and_extremes() -> Rows:
+    """_frames; then slopes of 0, 1e-30 and 1e30 of either sign on axes 1e-15 to 1e15 long, turned so that each of x, y
+    and z is the longest; and where the gradient is 1e24 long: on the shortest axes at the least angle."""
+    n, u, v, slope = _frames()
+    axes = np.eye(3)
+    sizes = np.array([0.0, 1e-30, -1e-30, 1.0, 1e30, -1e30])
+    pairs = np.stack(np.meshgrid(sizes, sizes), axis=-1).reshape(-1, 2)
+    rows = [(axes[2], a * axes[0], b * axes[1], s) for a in (1e-15, 1, 1e15) for b in (1e-15, 1, 1e15) for s in pairs]
+    short = 1.05e-18 * axes[0], 1.05e-18 * (axes[0] + 2e-6 * axes[1])
+    rows += [(axes[2], *short, np.array(s)) for s in ((1, 0.5), (-0.25, 1e20))]
+    more = [np.array(part) for part in zip(*rows, strict=True)]
+    turned = [np.concatenate([np.roll(part, k, axis=1) for k in range(3)]) for part in more[:3]]
+    every = [*turned, np.tile(more[3], (3, 1))]
+    return tuple(np.concatenate([a, np.float32(b)]) for a, b in zip((n, u, v, slope), every, strict=True))
+
+
 def _invariant_bound(n: Any, dpdu: Any, dpdv: Any, slope: Any, want: F64) -> F64:
-    """The direction is off by what surface_gradient's is, over its length."""
+    """The direction is off by what surface_gradient's is, over its length; along axes the shader is all but exact."""
     steep = np.abs(slope).max(axis=-1, keepdims=True)
+    steep = np.where(steep == 0, 1.0, steep)
     unit = np.asarray(slope, float) / steep
     gradient = bump.surface_gradient(n, dpdu, dpdv, unit)
     size = np.where(length(gradient) > 0, length(gradient), 1.0)
-    return length(slope) * (8 * EPS + _gradient_bound(n, dpdu, dpdv, unit, gradient) / size)
+    turned = np.where(np.abs(n).max(axis=-1) == 1, 2.0**-13, _gradient_bound(n, dpdu, dpdv, unit, gradient) / size)
+    return length(slope) * (8 * EPS + turned)
 
 
 _AT_LEAST_LENGTH = (0.95e-18, 1.02e-18, 1.05e-18)
@@ -823,7 +841,7 @@ CASES: dict[str, Case] = {
         abs=_full_bound,
     ),
     "bump.invariant_gradient": Case(
-        _frames,
+        _frames_and_extremes,
         "surface_gradient's direction, times a length of 4 ULP",
         abs=_invariant_bound,
     ),
