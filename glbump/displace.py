@@ -79,11 +79,6 @@ class Heights:
             raise SceneError(
                 'heights of scaling "parameter" are no lengths, and move no surface; use scaling "world" to displace it'
             )
-        if any(bump.mapping != "uv" for bump in self.bumps):
-            raise SceneError(
-                'heights of mapping "triplanar" are mixed by the normal, and are no one surface; use mapping "uv" to '
-                "displace it"
-            )
         self._splines = [_spline(bump, contents) for bump in self.bumps]
 
     def at(self, uv: F64) -> tuple[F64, F64]:
