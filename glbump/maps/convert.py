@@ -61,7 +61,11 @@ def texels_per_steradian(grid: Grid) -> float:
 
 
 def _require_finite(pixels: F32) -> None:
-    if not np.isfinite([pixels.min(), pixels.max()]).all():
+    flat = pixels.reshape(-1)
+    # The sum of squares is finite unless a value is not, or some are past 1e19: one quick pass.
+    with np.errstate(over="ignore", invalid="ignore"):
+        squares = np.dot(flat, flat)
+    if not np.isfinite(squares) and not np.isfinite(flat).all():
         bad = ~np.isfinite(pixels)
         tile, row, column, channel = np.argwhere(bad)[0]
         value = pixels[tile, row, column, channel]
