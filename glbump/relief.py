@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.contents import Contents
+from glbump.errors import SceneError
 from glbump.maps.bump_formats import BUMP_FORMATS, CODED, PLAIN, BumpFormat
 from glbump.maps.encodings import ENCODINGS, HALF_DIM, HALF_MAX, slope_map
 from glbump.maps.gradients import IN_SHADERS
 from glbump.quality import Quality
 from glbump.scene import Bump, NormalMap, Surface
-from glbump.shapes import MESHES, MeshData, MeshFile, Sphere, Torus
+from glbump.shapes import MESHES, MeshData, MeshFile, Plane, Quad, Sphere, Torus
 
 F32 = npt.NDArray[np.float32]
 
@@ -74,7 +76,47 @@ class Layer:
 
 def layers(surface: Surface, quality: Quality, contents: Contents) -> tuple[Layer, ...]:
     """How each of a surface's bumps is read."""
-    return tuple(_layer(surface, bump, quality, contents) for bump in surface.bumps)
+    return tuple(_layer(surface, sized(bump, surface, contents), quality, contents) for bump in surface.bumps)
+
+
+def sized(bump: Bump | NormalMap, surface: Surface, contents: Contents) -> Bump | NormalMap:
+    """The bump as it repeats on a surface, where it has a pixel_size; SceneError where that is no number of repeats."""
+    if isinstance(bump, NormalMap) or bump.pixel_size is None:
+        return bump
+    lengths = _lengths(surface, bump)
+    height, width = contents.heights(bump).shape
+    if bump.border == "mirror":
+        height, width = height // 2, width // 2
+    repeat = (lengths[0] / (width * bump.pixel_size), lengths[1] / (height * bump.pixel_size))
+    return replace(bump, repeat=repeat, pixel_size=None)
+
+
+def _lengths(surface: Surface, bump: Bump) -> tuple[float, float]:
+    """World lengths of a unit of u and of v, or of the object's coordinates, where they are the same all over."""
+    transform, linear = surface.transform, surface.transform.matrix()[:3, :3]
+    if bump.mapping == "triplanar":
+        if transform.uniform_scale is None:
+            raise SceneError(
+                f"bump.pixel_size needs a surface that is not stretched; got transform.scale {transform.scale}"
+            )
+        return transform.uniform_scale, transform.uniform_scale
+    match surface.shape:
+        case Plane(size=(x, z)):
+            sides = np.diag([x, 0, z])[[0, 2]]
+        case Quad(corners=corners) if _is_parallelogram(corners):
+            sides = np.subtract([corners[1], corners[3]], corners[0])
+        case shape:
+            raise SceneError(
+                "bump.pixel_size needs u and v of one length all over: a plane's, or a quad's with parallel sides; "
+                f'this is a {shape.kind}: give bump.repeat, or bump.mapping "triplanar"'
+            )
+    u, v = np.linalg.norm(sides @ linear.T, axis=-1)
+    return float(u), float(v)
+
+
+def _is_parallelogram(corners: Sequence[Sequence[float]]) -> bool:
+    a, b, c, d = np.array(corners, np.float64)
+    return bool(np.abs(a + c - b - d).max() <= 1e-6 * np.abs(c - a).max())
 
 
 def _layer(surface: Surface, bump: Bump | NormalMap, quality: Quality, contents: Contents) -> Layer:

@@ -62,6 +62,8 @@ class Bump(check.Frozen):
     of u and v (Blinn 1978, section 4): the look does not change with the size of the surface.
     mapping: "uv", or "triplanar" for surfaces without u and v: laid along the object's three axes, seen upright from
     outside, and mixed by the normal's components.
+    pixel_size: the world length of one pixel of the picture, in place of `repeat`: on a plane, a quad with parallel
+    sides, and what is mapped triplanar and not stretched. Heights in metres, as of terrain, have amplitude 1.
     """
 
     height: Image
@@ -71,6 +73,7 @@ class Bump(check.Frozen):
     border: str = "wrap"
     scaling: str = "world"
     mapping: str = "uv"
+    pixel_size: float | None = None
 
     def __post_init__(self) -> None:
         check.choice("bump.border", self.border, ("wrap", "mirror", "clamp"))
@@ -78,6 +81,12 @@ class Bump(check.Frozen):
         check.choice("bump.mapping", self.mapping, ("uv", "triplanar"))
         if (self.mapping, self.scaling) == ("triplanar", "parameter"):
             raise SceneError('bump.scaling "parameter" is in units of u and v; bump.mapping "triplanar" has none')
+        if self.pixel_size is not None:
+            self._store(pixel_size=check.length("bump.pixel_size", self.pixel_size))
+            if self.repeat != (1.0, 1.0):
+                raise SceneError(
+                    f"bump.pixel_size says how large the picture is, and so does bump.repeat {self.repeat}; give one"
+                )
         self._store(
             height=checked_image("bump.height", self.height),
             amplitude=check.number("bump.amplitude", self.amplitude, least=-1e30, most=1e30),

@@ -131,6 +131,7 @@ REFUSED = [
     (Bump, {"border": "repeat"}, r"unknown bump\.border 'repeat'; .*wrap, mirror, clamp"),
     (Bump, {"scaling": "uv"}, r"unknown bump\.scaling 'uv'; .*world, parameter"),
     (Bump, {"mapping": "box"}, r"unknown bump\.mapping 'box'; .*uv, triplanar"),
+    (Bump, {"pixel_size": 0}, r"bump\.pixel_size must be a finite number at least 1e-18"),
     (NormalMap, {"scale": INF}, r"bump\.scale must be a finite number .*; got inf"),
     (NormalMap, {"flip_y": 1}, r"bump\.flip_y must be true or false; got 1"),
     (NormalMap, {"repeat": -1}, r"bump\.repeat\[0\] must be .*above 0.*; got -1"),
