@@ -22,6 +22,7 @@ SECTIONS = (
     "soak",
     "kernels",
     "normal_formats",
+    "normals",
     "layouts",
     "layouts",
     "conversion",

@@ -19,6 +19,7 @@ from benchmarks import (
     kernels,
     layouts,
     normal_formats,
+    normals,
     plain,
     scenes,
     soak,
@@ -161,7 +162,19 @@ def test_the_cushion_is_a_sound_mesh() -> None:
 # The sections, tiny
 
 
-SECTIONS = [accuracy, frame_cost, capture, plain, first_picture, soak, kernels, layouts, conversion, normal_formats]
+SECTIONS = [
+    accuracy,
+    frame_cost,
+    capture,
+    plain,
+    first_picture,
+    soak,
+    kernels,
+    layouts,
+    conversion,
+    normal_formats,
+    normals,
+]
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda m: m.__name__)

@@ -44,7 +44,7 @@ STEEPEST_SCALE = 1e37
 
 _READ = 2**19
 """Pixels that are read, and packed, at a time."""
-_BLOCK = 2**16
+_BLOCK = 2**15
 """Pixels that are worked on at a time: their arrays stay in a core's cache."""
 
 
