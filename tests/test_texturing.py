@@ -226,6 +226,36 @@ def test_a_cubes_look_up_is_continuous_across_edges_and_corners() -> None:
                 assert np.abs(pair[0] - pair[1]).max() < 1e-7
 
 
+def test_each_bit_opens_what_it_says() -> None:
+    """On a ramp a value is its place in texels, so the interval is the box of places."""
+    ramp = np.broadcast_to(np.arange(64.0), (4, 64))[..., None]
+    uv, flat = [[0.3, 0.5], [0.7, 0.2]], exact([0.0, 0.0])
+    for precision, want in (
+        (Precision(coordinate=8), np.array([0.3, 0.7]) * 64 / 256),
+        (Precision(subtexel=4), np.array([1, 1]) / 16),
+        (Precision(coordinate=8, subtexel=4, colour=0.5), np.array([0.3, 0.7]) / 4 + 1 / 16 + 0.5),
+    ):
+        got = texture_2d([ramp], uv, flat, precision, wrap=("clamp", "clamp"))
+        assert got.reach[:, 0] == pytest.approx(want)
+        assert got.middle[:, 0] == pytest.approx(np.array([0.3, 0.7]) * 64 - 0.5)
+    faces = np.broadcast_to(ramp[:, :16].reshape(1, 4, 16, 1)[:, :1], (6, 16, 16, 1))
+    got = texture_cube([faces], [[0.2, 0.1, 1.0]], exact([0.0]), Precision(coordinate=8, subtexel=4))
+    assert got.reach[0, 0] == pytest.approx(16 / 256 + 1 / 16)
+    # The whole footprint: half of both sides, either way.
+    side = np.array([[6.0, 0.0]]) / 64, np.array([[2.0, 0.0]]) / 64
+    got = anisotropic_2d([ramp], [[0.5, 0.5]], *side, exact([0.0]), EXACT, limit=4, wrap=("clamp", "clamp"))
+    assert got.reach[0, 0] == pytest.approx(4)
+
+
+def test_on_an_edge_either_faces_texel_is_nearest() -> None:
+    faces = np.broadcast_to(np.arange(6.0)[:, None, None, None], (6, 8, 8, 1))
+    got = texture_cube([faces], [[1.0, 0.3, 1.0], [-1.0, -1.0, 0.3]], exact([0.0, 0.0]), EXACT, filter=NEAREST)
+    assert got.low[:, 0].tolist() == [0, 1]
+    assert got.high[:, 0].tolist() == [4, 3]
+    got = texture_cube([faces], [[1.0, 0.3, -1.0]], exact([0.0]), EXACT, filter=NEAREST)
+    assert (got.low[0, 0], got.high[0, 0]) == (0, 5)
+
+
 def test_wraps_by_the_table() -> None:
     at = np.arange(-9, 12)
     assert wrapped(at, 4, "repeat").tolist() == [3, 0, 1, 2] * 4 + [3, 0, 1, 2, 3]
@@ -275,6 +305,21 @@ def test_levels_on_a_cubes_faces_are_those_of_differences() -> None:
     beside = detail_cube(corner * [1.01, 1, 1], side, 0 * side, 64, EXACT)
     assert beside.reach[0] == 0
     assert both.excess(beside.middle)[0] < 0.03
+
+
+def test_bits_of_derivatives_and_of_directions() -> None:
+    thin = detail_2d([[8.0, 0.0]], [[0.0, 0.0]], Precision(derivative=4))
+    assert thin.low[0] == pytest.approx(math.log2(8 * 15 / 16))
+    assert thin.high[0] == pytest.approx(math.log2(8 * 17 / 16))
+    # 1/1000 from the edge, with directions of 8 bits it may be either face's.
+    near, side = np.array([[1.0, 0.999, 0.9]]), np.array([[0.0, 0.01, 0.0]])
+    assert detail_cube(near, side, 0 * side, 64, EXACT).reach[0] == 0
+    assert detail_cube(near, side, 0 * side, 64, replace(EXACT, coordinate=8)).reach[0] > 0.1
+    assert detail_cube(near, side, 0 * side, 64, replace(EXACT, coordinate=20)).reach[0] == 0
+    for ratio, limit, count in ((3, 16, 3), (2.5, 16, 3), (8, 2, 2), (1, 4, 1)):
+        found = detail_anisotropic([[8.0, 0.0]], [[0.0, 8.0 / ratio]], limit, EXACT)
+        assert found.low[0] == pytest.approx(math.log2(8 / count))
+        assert found.high[0] == pytest.approx(3)
 
 
 def test_a_level_coded_texture_tells_the_interval_of_the_level() -> None:

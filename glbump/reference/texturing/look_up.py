@@ -103,8 +103,9 @@ def texture_cube(
 
         def box(place: F64) -> Interval:
             low, high = Interval(place * size, place * size).wider(error)
-            # On an edge the last texel of the face is one of the two that are nearest.
-            return Interval(np.clip(low, -0.5, np.nextafter(size, 0.0)), np.minimum(high, size + 0.5))
+            # On an edge both faces' texels are nearest.
+            low = np.clip(low - np.finfo(np.float64).tiny, -0.5, np.nextafter(size, 0.0))
+            return Interval(low, np.minimum(high, size + 0.5))
 
         def texel(column: Index, row: Index) -> F64:
             i, j = (np.clip(at + 1, 0, size + 1) for at in (row, column))
