@@ -217,6 +217,18 @@ def terms(surface: Surface, layers: tuple[Layer, ...], quality: Quality, content
     return Terms(error > quality.direction_error, error)
 
 
+MOST_MIXING = 4.35
+"""Most that the shares of two triplanar maps change where these differ by 1, per radian that the normal turns."""
+
+
+def mixing(surface: Surface, layer: Layer, contents: Contents) -> float:
+    """Degrees that normals of a triplanar layer are off by, at most, where its maps meet: that shares change there is
+    left out, as it takes the surface's curvature."""
+    assert isinstance(layer.bump, Bump)
+    span = float(np.ptp(contents.heights(layer.bump))) * abs(layer.bump.amplitude)
+    return math.degrees(math.atan(MOST_MIXING * span * _curvature(surface, contents)))
+
+
 def _scales(surface: Surface) -> tuple[float, float]:
     """The least and the largest that the surface's place in the world stretches it."""
     scale = np.abs(np.asarray(surface.transform.scale))

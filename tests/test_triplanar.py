@@ -17,6 +17,7 @@ from glbump.gl.renderer import Renderer
 from glbump.maps.layout import latlong_dir
 from glbump.quality import BUMP_KERNELS, Quality
 from glbump.reference.bump import triplanar_shares, volume_gradient
+from glbump.relief import MOST_MIXING
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
@@ -179,6 +180,39 @@ def test_shares_and_gradients() -> None:
     n = np.stack([np.cos(turned), np.sin(turned), 0 * turned], axis=-1)
     assert triplanar_shares(n).max() > 0.98
     assert volume_gradient([0.0, 0, 1], [0.3, -0.2, 5]).tolist() == [0.3, -0.2, 0]
+
+
+def test_what_shares_leave_out_is_known(renderer: Renderer) -> None:
+    """On the screen heights differ with their shares; the gradient in space takes those as constant, and the plan says
+    by how much that is off."""
+    fine = Quality("exact", samples=1, bump_kernel="bspline", bump_read="shader")
+    off, told = {}, {}
+    for amplitude in (0.0, 0.01, 0.04):
+        size = 512
+        # Two maps meet in the middle of the picture, where they differ by almost all of the height.
+        bump = replace(TRIPLANAR, amplitude=amplitude or 1e-30, repeat=(0.3, 0.4))
+        camera = Camera(eye=(2, 0, 2), target=(0, 0, 0), fov=20)
+        scene = Scene([Surface(Sphere(), MIRROR, bump)], NORMAL, camera)
+        want = normals(renderer.render(scene, (size, size), replace(fine, bump_read="screen")))
+        got = normals(renderer.render(scene, (size, size), fine))
+        off[amplitude] = float(np.percentile(angle(got, want)[64:-64, 64:-64], 99))
+        said = {c.what: c.why for c in renderer.plan(scene, (size, size), fine).choices}["surface 0 bump shares"]
+        told[amplitude] = float(said.split()[4])
+    assert off[0.0] < 0.02
+    for amplitude in (0.01, 0.04):
+        assert 0.2 * told[amplitude] < off[amplitude] < told[amplitude]
+
+
+def test_shares_change_by_so_much_at_most() -> None:
+    """Along the sphere, in steps of 1e-5 radians, of one of the maps or, its negative, of the two others."""
+    n = np.random.default_rng(1).normal(size=(100_000, 3))
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    across = np.cross(n, [0.3, 0.5, 0.7])
+    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    changes = [
+        (triplanar_shares(n + 1e-5 * d) - triplanar_shares(n - 1e-5 * d)) / 2e-5 for d in (across, np.cross(n, across))
+    ]
+    assert 0.99 * MOST_MIXING < np.hypot(*changes).max() < MOST_MIXING
 
 
 @pytest.mark.parametrize("bump", [TRIPLANAR, Bump(WAVES, 0.06, repeat=(3, 2))], ids=["triplanar", "uv"])

@@ -153,6 +153,10 @@ def _bumps(
         where = ", triplanar" if layer.is_triplanar else ""
         note(f"{name} bump{number}", f"{what}{where}, {layer.filter(quality.bump_filter)}", layer.why)
         note(f"{name} bump{number} format", layer.stored.name, layer.stored_why)
+        if layer.is_triplanar and layer.kind != relief.SCREEN:
+            off = relief.mixing(surface, layer, contents)
+            why = f"normals are off by {off:.2g} degrees at most where its three maps meet"
+            note(f"{name} bump{number} shares", "as if constant", why)
     terms = relief.terms(surface, layers, quality, contents)
     if any(layer.is_raised for layer in layers):
         why = f"without B (N/|N|)_u and _v normals are off by {terms.error:.2g} degrees at most"
