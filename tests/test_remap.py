@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from glbump.maps import remap
+from glbump.maps.convert import convert
 from glbump.maps.layout import CUBE, LATLONG, LAYOUTS, ORTHOGRAPHIC, EnvironmentMap, Layout, sample, texel_dirs
 from glbump.maps.overlap import Grid
 
@@ -64,3 +65,9 @@ def test_what_has_no_quadrants_or_no_symmetries_is_left_to_others() -> None:
     assert not remap.serves(Grid.by_size(CUBE, 16), Grid.by_size(CUBE, 16))
     # So small that most of the picture would be gathered for nothing.
     assert not remap.serves(Grid.by_size(LATLONG, 512), Grid.by_size(CUBE, 16))
+
+
+def test_immense_light_is_finite() -> None:
+    """Its square is not; what decides whether all is finite must not take it for infinite, nor warn."""
+    light = EnvironmentMap(LATLONG, np.full((1, 8, 16, 3), 1e30, np.float32))
+    assert np.allclose(convert(light, CUBE, 8, "bilinear").pixels, 1e30, rtol=ROUNDING)
