@@ -293,9 +293,9 @@ def test_normals_of_every_depth(tmp_path: Path) -> None:
     got = read_normals(tmp_path / "a.png").pixels
     assert np.array_equal(got, ((bytes_.astype(np.float32) - 128) / np.float32(127)))
     assert np.abs(got - n).max() < 0.5 / 127 + 1e-6
-    wide = np.round((n + 1) / 2 * 65535).astype(np.uint16)
+    wide = np.round(n * 32767 + 32768).astype(np.uint16)
     got = read_normals(write_oiio(tmp_path / "b.png", wide, "uint16")).pixels
-    assert np.abs(got - n).max() < 1 / 65535 + 1e-7  # Half a step, and the rounding to float32.
+    assert np.abs(got - n).max() < 0.5 / 32767 + 1e-7  # Half a step, and the rounding to float32.
     for stored in (n, (n + 1) / 2):
         got = read_normals(write_oiio(tmp_path / "c.exr", stored.astype(np.float32), "float")).pixels
         assert np.abs(got - n).max() < 1e-6
@@ -305,6 +305,7 @@ def test_flat_normal_maps_are_exactly_flat(tmp_path: Path) -> None:
     Image.new("RGB", (4, 4), (128, 128, 255)).save(tmp_path / "a.png")
     assert np.array_equal(read_normals(tmp_path / "a.png").pixels, np.tile(np.float32([0, 0, 1]), (4, 4, 1)))
     flat = np.tile(np.float32([0, 0, 1]), (4, 4, 1))
+    assert np.array_equal(read_normals(ArrayImage(np.full((4, 4, 3), (32768, 32768, 65535), np.uint16))).pixels, flat)
     assert np.array_equal(read_normals(ArrayImage(flat)).pixels, flat)
     assert np.array_equal(read_normals(ArrayImage(flat / 2 + 0.5)).pixels, flat)
 

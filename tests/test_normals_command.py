@@ -264,7 +264,7 @@ def test_there_and_back(suffix: str, format: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("suffix", "format"), [(".png", "rgb8"), (".tif", "rgb8"), (".exr", "half"), (".exr", "float")]
+    ("suffix", "format"), [(".png", "rgb8"), (".png", "rgb16"), (".tif", "rgb16"), (".exr", "half"), (".tif", "float")]
 )
 def test_glbump_reads_it_back_as_slopes(suffix: str, format: str) -> None:
     write("h.png", noise(48, 64))

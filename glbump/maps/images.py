@@ -145,7 +145,7 @@ def read_height(source: Source, channel: str | None = None) -> Picture:
 def read_normals(source: Source) -> Picture:
     """A tangent-space normal map as (H, W, 3) vectors, not normalised; alpha (often a height) is not read.
 
-    8-bit values c are (c - 128) / 127, so that 128 is 0; 16 bits and floats 2 c - 1; floats that hold vectors
+    8-bit values c are (c - 128) / 127, so that 128 is 0, and 16 bits alike; floats 2 c - 1; floats that hold vectors
     already (a negative value, or unit length as they stand) are taken as they are.
     ImageError for a picture that is no normal map.
     """
@@ -158,8 +158,9 @@ def read_normals(source: Source) -> Picture:
 def vectors_of(stored: Stored) -> Picture:
     """A picture's colours as (H, W, 3) vectors, as `read_normals` has them, whether or not they make a normal map."""
     raw = _rgb(stored)
-    if stored.bits == 8 and not stored.is_float:
-        vectors = (raw.astype(np.float32) - 128) / np.float32(127)
+    if stored.bits <= 16 and not stored.is_float:
+        middle = 2 ** (stored.bits - 1)
+        vectors = (raw.astype(np.float32) - middle) / np.float32(middle - 1)
     elif stored.is_float and (raw.min() < 0 or length_error(raw) < 0.01):
         vectors = raw
     else:
