@@ -12,11 +12,10 @@ from glbump.plan.choices import (
     NO_PARALLAX,
     Capabilities,
     Choice,
+    Draft,
     EnvironmentPlan,
-    Note,
     Plan,
     SurfacePlan,
-    fitting_format,
 )
 from glbump.plan.environments import brightest, environment_plan, parallax
 from glbump.plan.surfaces import apart, require_drawable, require_uv, surface_plan, world_bounds
@@ -40,20 +39,13 @@ def make_plan(
     capabilities: Capabilities | None = None,
 ) -> Plan:
     """The plan of one frame of `size` (width, height). Raises SceneError, ImageError, MeshError, LimitError."""
-    capabilities = capabilities or Capabilities()
-    choices: list[Choice] = []
-
-    def note(what: str, value: object, why: str) -> None:
-        choices.append(Choice(what, str(value), why))
-
     check.instance("scene", scene, Scene)
+    draft = Draft(scene, quality, size, contents, capabilities or Capabilities())
+    note = draft.note
     require_outside(scene)
     note("samples", quality.samples, f"{quality.samples} a pixel, as quality {quality.preset} has it")
-    frame_format = _frame_format(scene, quality, contents, note)
-    environments = tuple(
-        environment_plan(i, environment, scene, quality, size, contents, capabilities, note)
-        for i, environment in enumerate(scene.environments)
-    )
+    frame_format = _frame_format(draft)
+    environments = tuple(environment_plan(draft, i, e) for i, e in enumerate(scene.environments))
     for i, surface in enumerate(scene.surfaces):
         require_uv(i, surface, contents)
     boxes = np.array([world_bounds(surface, contents) for surface in scene.surfaces]).reshape(-1, 2, 3)
@@ -64,16 +56,14 @@ def make_plan(
     defines = [(*e.defines, ("LOG_DEPTH", int(log_depth))) for e in environments]
     number = [scene.environments.index(scene.environment_of(s)) for s in scene.surfaces]
     surfaces = tuple(
-        surface_plan(i, scene, quality, size, (number[i], defines[number[i]]), bool(alone), contents, note)
-        for i, alone in enumerate(apart(boxes))
+        surface_plan(draft, i, (number[i], defines[number[i]]), bool(alone)) for i, alone in enumerate(apart(boxes))
     )
     for i, how in enumerate(surfaces):
-        require_drawable(i, scene, how.layers, contents, capabilities.max_texture_size)
+        require_drawable(i, scene, how.layers, contents, draft.capabilities.max_texture_size)
     sky_parallax = NO_PARALLAX
     if scene.environment.background:
         if scene.camera.projection == "perspective":
-            eye = np.array([scene.camera.eye] * 2)
-            sky_parallax = parallax("sky", scene.environment, eye, quality.direction_error, note)
+            sky_parallax = parallax(draft, "sky", scene.environment, np.array([scene.camera.eye] * 2))
         note("sky", "drawn", "the environment is shown behind the surfaces")
     else:
         note("sky", "none", "the scene switches the background off")
@@ -88,13 +78,13 @@ def make_plan(
         near_far=(near, far),
         log_depth=log_depth,
         surfaces=surfaces,
-        choices=tuple(choices),
+        choices=tuple(draft.choices),
     )
 
 
-def _frame_format(scene: Scene, quality: Quality, contents: Contents, note: Note) -> str:
-    bright = brightest(scene, contents)
+def _frame_format(draft: Draft) -> str:
+    quality, bright = draft.quality, brightest(draft)
     if quality.frame_format == "half" and quality.samples > HALF_SUM:
-        note("frame format", "float", f"{quality.samples} samples a pixel add up in it; halves would lose them")
+        draft.note("frame format", "float", f"{quality.samples} samples a pixel add up in it; halves would lose them")
         return "float"
-    return fitting_format("frame format", quality.frame_format, "environment", bright, note)
+    return draft.fitting_format("frame format", quality.frame_format, "environment", bright)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from glbump.contents import Contents
 from glbump.environment import Chrome, Environment, Fractal, Sky
 from glbump.maps.encodings import HALF_DIM, HALF_MAX
 from glbump.maps.layout import (
@@ -18,9 +18,10 @@ from glbump.maps.layout import (
     PARABOLOID,
     Layout,
 )
+from glbump.quality import Quality
 from glbump.relief import Layer
+from glbump.scene import Scene
 
-Note = Callable[[str, object, str], None]
 Defines = tuple[tuple[str, int], ...]
 
 MESH, SPHERE, TORUS, QUAD = range(4)
@@ -117,13 +118,28 @@ class Plan:
         return "\n".join(f"{c.what:<{width}}  {c.value}: {c.why}" for c in self.choices)
 
 
-def fitting_format(what: str, wanted: str, name: str, largest: float, note: Note) -> str:
-    """`wanted`, or "float" where halves do not hold values up to `largest`."""
-    if wanted == "half" and largest > HALF_MAX:
-        note(what, "float", f"the {name} reaches {largest:.3g}, and a half holds at most {HALF_MAX:.0f}")
-        return "float"
-    if wanted == "half" and 0.0 < largest < HALF_DIM:
-        note(what, "float", f"the {name} reaches {largest:.3g} at most, too near to the end of a half's range")
-        return "float"
-    note(what, wanted, f"values up to {largest:.3g} fit" if wanted == "half" else "as the quality asks")
-    return wanted
+@dataclass(frozen=True)
+class Draft:
+    """A plan in the making: what it is for, and the choices so far."""
+
+    scene: Scene
+    quality: Quality
+    size: tuple[int, int]
+    contents: Contents
+    capabilities: Capabilities
+    choices: list[Choice] = field(default_factory=list)
+
+    def note(self, what: str, value: object, why: str) -> None:
+        """One more choice."""
+        self.choices.append(Choice(what, str(value), why))
+
+    def fitting_format(self, what: str, wanted: str, name: str, largest: float) -> str:
+        """`wanted`, or "float" where halves do not hold values up to `largest`."""
+        if wanted == "half" and largest > HALF_MAX:
+            self.note(what, "float", f"the {name} reaches {largest:.3g}, and a half holds at most {HALF_MAX:.0f}")
+            return "float"
+        if wanted == "half" and 0.0 < largest < HALF_DIM:
+            self.note(what, "float", f"the {name} reaches {largest:.3g} at most, too near to the end of a half's range")
+            return "float"
+        self.note(what, wanted, f"values up to {largest:.3g} fit" if wanted == "half" else "as the quality asks")
+        return wanted

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.captures import count, gain
-from glbump.contents import BRIGHTEST, Contents
+from glbump.contents import BRIGHTEST
 from glbump.environment import MIRRORED, BoxBounds, Captured, Environment, HemiCube, Hemisphere, Pictured, Procedural
 from glbump.errors import LimitError
 from glbump.maps.layout import CUBE, LATLONG, LAYOUTS, Layout
@@ -23,12 +23,10 @@ from glbump.plan.choices import (
     SPHERICAL,
     WHOLE,
     Capabilities,
+    Draft,
     EnvironmentPlan,
-    Note,
-    fitting_format,
 )
 from glbump.plan.materials import is_diffuse, light_of
-from glbump.quality import Quality
 from glbump.reference.computed import is_averaged
 from glbump.scene import Scene
 
@@ -38,17 +36,9 @@ LARGEST_RESAMPLED = 2048
 """Most texels along 90 degrees that a picture is resampled to."""
 
 
-def environment_plan(
-    number: int,
-    environment: Environment,
-    scene: Scene,
-    quality: Quality,
-    size: tuple[int, int],
-    contents: Contents,
-    capabilities: Capabilities,
-    note: Note,
-) -> EnvironmentPlan:
+def environment_plan(draft: Draft, number: int, environment: Environment) -> EnvironmentPlan:
     """How one of the scene's environments is kept and looked up. number: 0 for the scene's own."""
+    scene, quality = draft.scene, draft.quality
     name = "environment" if number == 0 else f"environment {number}"
     materials = [s.material for s in scene.surfaces if scene.environment_of(s) == environment]
     glossy = any(light_of(m) == GLOSSY for m in materials)
@@ -57,20 +47,20 @@ def environment_plan(
     # A computed environment has texels for its roughness chain alone.
     if isinstance(environment, Pictured) or glossy:
         if isinstance(environment, Captured):
-            peak = brightest(scene, contents) / 2.0 ** max(environment.exposure, 0.0)
+            peak = brightest(draft) / 2.0 ** max(environment.exposure, 0.0)
         else:
-            peak = contents.peak(environment)
+            peak = draft.contents.peak(environment)
         what = "texture format" if number == 0 else f"texture format {number}"
-        texture_format = fitting_format(what, texture_format, name, peak, note)
+        texture_format = draft.fitting_format(what, texture_format, name, peak)
     if isinstance(environment, Pictured):
-        layout, resampled = _layout(name, environment, scene, quality, size, contents, capabilities, note)
-        defines = _look_up(name, environment, layout, resampled, quality, contents, note)
+        layout, resampled = _layout(draft, name, environment)
+        defines = _look_up(draft, name, environment, layout, resampled)
     else:
         assert isinstance(environment, Procedural)
-        defines = _computed(name, environment, quality, note)
+        defines = _computed(draft, name, environment)
     gloss = (quality.gloss_size, quality.gloss_samples) if glossy else None
     what = "roughness chain" if number == 0 else f"roughness chain {number}"
-    note(what, gloss[0] if gloss else "none", "a surface is rough" if gloss else "nothing is rough")
+    draft.note(what, gloss[0] if gloss else "none", "a surface is rough" if gloss else "nothing is rough")
     return EnvironmentPlan(
         environment=environment,
         defines=tuple((defines | {"EXPOSURE": int(environment.exposure != 0.0)}).items()),
@@ -84,9 +74,10 @@ def environment_plan(
     )
 
 
-def brightest(scene: Scene, contents: Contents) -> float:
+def brightest(draft: Draft) -> float:
     """The most that a picture of the scene may reach; LimitError where it is past BRIGHTEST."""
-    bright = max(contents.brightest(e) for e in scene.environments if not isinstance(e, Captured)) * gain(scene)
+    scene = draft.scene
+    bright = max(draft.contents.brightest(e) for e in scene.environments if not isinstance(e, Captured)) * gain(scene)
     if not bright <= BRIGHTEST:
         raise LimitError(
             f"captured light may grow to {bright:.3g}, by each bounce's exposure; at most {BRIGHTEST:g}: lower "
@@ -95,29 +86,21 @@ def brightest(scene: Scene, contents: Contents) -> float:
     return bright
 
 
-def _layout(
-    name: str,
-    environment: Pictured,
-    scene: Scene,
-    quality: Quality,
-    size: tuple[int, int],
-    contents: Contents,
-    capabilities: Capabilities,
-    note: Note,
-) -> tuple[Layout, int | None]:
+def _layout(draft: Draft, name: str, environment: Pictured) -> tuple[Layout, int | None]:
     """The layout that an environment's texels have on the GPU, and what it is resampled to, if it is."""
+    quality, capabilities = draft.quality, draft.capabilities
     if isinstance(environment, Captured):
         layout = LAYOUTS[environment.layout]
         _, height, width = layout.shape(environment.size)
         _require_room(f"{name} (environment.size {environment.size})", layout, (width, height), capabilities)
-        note(
+        draft.note(
             name,
             f"captured {layout.name} of {environment.size}",
-            f"{count(scene, environment)} pictures drawn from {environment.position}, without what shows it; anew when "
-            "the scene changes, not when the camera moves",
+            f"{count(draft.scene, environment)} pictures drawn from {environment.position}, without what shows it; "
+            "anew when the scene changes, not when the camera moves",
         )
         return layout, environment.size
-    picture = contents.environment(environment)
+    picture = draft.contents.environment(environment)
     given = picture.layout
     width, height = picture.size
     _require_room(name, given, (width, height), capabilities)
@@ -126,15 +109,15 @@ def _layout(
         wanted = CUBE
     if wanted is given or (not given.whole and given in DRAWN_LAYOUTS):
         border = ", samples on the border" if picture.has_own_grid else ""
-        note(name, given.name, f"{width}x{height} as given" + border)
+        draft.note(name, given.name, f"{width}x{height} as given" + border)
         return given, None
     # Texels along 90 degrees: of the picture, and as many as the frame can tell apart.
     native = 2 ** math.ceil(math.log2(max(90 / given.span * height, 4)))
-    seen = 2 ** math.ceil(math.log2(max(2.0 / _pixel_angle(scene, size), 16)))
+    seen = 2 ** math.ceil(math.log2(max(2.0 / _pixel_angle(draft.scene, draft.size), 16)))
     per_quarter = min(native, seen, LARGEST_RESAMPLED)
     limit = capabilities.max_cube_size if wanted is CUBE else capabilities.max_texture_size // wanted.tiles
     side = min(round(per_quarter * wanted.span / 90), limit)
-    note(
+    draft.note(
         name,
         f"{wanted.name} of {side}",
         f"resampled once from {given.name}, {width}x{height}; a texel is no larger than "
@@ -161,20 +144,15 @@ def _require_room(name: str, layout: Layout, size: tuple[int, int], capabilities
     )
 
 
-def _look_up(
-    name: str,
-    environment: Pictured,
-    layout: Layout,
-    resampled: int | None,
-    quality: Quality,
-    contents: Contents,
-    note: Note,
-) -> dict[str, int]:
+def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, resampled: int | None) -> dict[str, int]:
+    quality = draft.quality
     levels = quality.environment_filter != "bilinear"
     why = "levels by footprint" if levels else "level 0 alone; the samples average"
-    note(f"{name} filter", quality.environment_filter, why)
+    draft.note(f"{name} filter", quality.environment_filter, why)
     own_grid = (
-        resampled is None and not isinstance(environment, Captured) and contents.environment(environment).has_own_grid
+        resampled is None
+        and not isinstance(environment, Captured)
+        and draft.contents.environment(environment).has_own_grid
     )
     below = WHOLE
     if not layout.whole:
@@ -190,32 +168,30 @@ def _look_up(
     }
 
 
-def parallax(name: str, environment: Environment, box: F64, allowed: float, note: Note) -> int:
-    """Whether, and with which walls, places in the box (2, 3) are told from where the environment was taken.
-
-    allowed: degrees that directions may be off without it.
-    """
+def parallax(draft: Draft, name: str, environment: Environment, box: F64) -> int:
+    """Whether, and with which walls, places in the box (2, 3) are told from where the environment was taken."""
     if not isinstance(environment, Pictured) or environment.bounds is None:
         return NO_PARALLAX
-    room = environment.bounds
+    room, allowed = environment.bounds, draft.quality.direction_error
     offset = float(np.linalg.norm(np.abs(box - np.asarray(environment.position)).max(axis=0)))
     error = math.degrees(math.atan2(offset, room.least_distance(environment.position)))
     if error <= allowed:
         why = f"directions are off by {error:.2g} degrees at most without it, and {allowed:g} are allowed"
-        note(f"{name} parallax", "none", why)
+        draft.note(f"{name} parallax", "none", why)
         return NO_PARALLAX
     kind = BOX if isinstance(room, BoxBounds) else SPHERICAL
     why = f"without it, directions would be off by up to {error:.2g} degrees"
-    note(f"{name} parallax", "box" if kind == BOX else "sphere", why)
+    draft.note(f"{name} parallax", "box" if kind == BOX else "sphere", why)
     return kind
 
 
-def _computed(name: str, environment: Procedural, quality: Quality, note: Note) -> dict[str, int]:
+def _computed(draft: Draft, name: str, environment: Procedural) -> dict[str, int]:
     """The defines of an environment that is a function of the direction."""
-    note(name, environment.kind, "computed for each sample; no picture, no texture, no sampler")
+    quality = draft.quality
+    draft.note(name, environment.kind, "computed for each sample; no picture, no texture, no sampler")
     averaged = is_averaged(quality.environment_filter, quality.samples)
     why = "averaged over each sample's footprint" if averaged else "the function itself; the samples average"
-    note(f"{name} filter", "analytic" if averaged else "none", why)
+    draft.note(f"{name} filter", "analytic" if averaged else "none", why)
     return {"ENVIRONMENT": COMPUTED[type(environment)], "ENVIRONMENT_FOOTPRINT": int(averaged)}
 
 

@@ -33,7 +33,7 @@ from glbump.plan.choices import (
     TORUS,
     TRIPLANAR,
     Defines,
-    Note,
+    Draft,
     SurfacePlan,
 )
 from glbump.plan.environments import parallax
@@ -89,32 +89,24 @@ def _require_drawable(index: int, surface: Surface, layer: Layer, contents: Cont
             )
 
 
-def surface_plan(
-    index: int,
-    scene: Scene,
-    quality: Quality,
-    size: tuple[int, int],
-    environment: tuple[int, Defines],
-    apart: bool,
-    contents: Contents,
-    note: Note,
-) -> SurfacePlan:
+def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], apart: bool) -> SurfacePlan:
     """How surface `index` is drawn. environment: the number and the defines of what it mirrors; apart: whether its box
     meets no other's."""
+    scene, contents, note = draft.scene, draft.contents, draft.note
     name, surface = f"surface {index}", scene.surfaces[index]
     shape = surface.shape
     inside = _eye_is_inside(surface, scene)
     closed = isinstance(shape, Sphere | Torus | Cube) and not inside
-    segments = _stepped(segments_for(shape, _radius_in_pixels(surface, scene, size), quality.silhouette))
+    segments = _stepped(segments_for(shape, _radius_in_pixels(surface, scene, draft.size), draft.quality.silhouette))
     outline = isinstance(shape, Sphere) and closed and apart
     if isinstance(shape, Sphere | Torus):
         value = f"disc of {segments} sides" if outline else f"{segments} segments"
-        why = f"outline within {quality.silhouette:g} pixels"
+        why = f"outline within {draft.quality.silhouette:g} pixels"
         note(f"{name} mesh", value, why + (", and nothing comes near to cut it" if outline else ""))
     near = _eye_is_near(surface, scene, contents)
     if near:
         note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
-    layers, bumps = _bumps(name, surface, quality, contents, note)
+    layers, bumps = _bumps(draft, name, surface)
     light = light_of(surface.material)
     note(f"{name} light", *why_light(surface.material))
     defines = {
@@ -127,9 +119,7 @@ def surface_plan(
         "LIGHT": light,
         "DIFFUSE": int(is_diffuse(surface.material)),
         "TRANSMISSION": int(is_transmissive(surface.material)),
-        "PARALLAX": parallax(
-            name, scene.environment_of(surface), world_bounds(surface, contents), quality.direction_error, note
-        ),
+        "PARALLAX": parallax(draft, name, scene.environment_of(surface), world_bounds(surface, contents)),
         "TWO_SIDED": int(not closed),
         **dict(environment[1]),
     }
@@ -139,10 +129,9 @@ def surface_plan(
     return SurfacePlan(tuple(defines.items()), segments, closed, environment[0], layers)
 
 
-def _bumps(
-    name: str, surface: Surface, quality: Quality, contents: Contents, note: Note
-) -> tuple[tuple[Layer, ...], dict[str, int]]:
+def _bumps(draft: Draft, name: str, surface: Surface) -> tuple[tuple[Layer, ...], dict[str, int]]:
     """How a surface's bumps are read, and the defines of that."""
+    quality, contents, note = draft.quality, draft.contents, draft.note
     layers = relief.layers(surface, quality, contents)
     if not layers:
         note(f"{name} bump", "none", "it has no bump" if surface.bump is None else "its amplitude or scale is 0")
