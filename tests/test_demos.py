@@ -16,6 +16,7 @@ from glbump.errors import SceneError
 from glbump.maps.images import read_colour, read_height, read_normals
 from glbump.maps.layout import latlong_dir, sample
 from glbump.maps.noise import fractal, value_noise
+from glbump.quality import BUMP_KERNELS
 
 DEMOS = Path(__file__).parents[1] / "demos"
 
@@ -74,6 +75,25 @@ def test_scene_can_be_saved_and_needs_what_is_made(exhibit: gallery.Exhibit, tmp
     gb.save_scene(scene, tmp_path / "scene.toml")
     assert gb.load_scene(tmp_path / "scene.toml") == scene
     assert gallery.maps_of(scene) <= set(gallery.MAPS)
+
+
+def test_panels_are_side_by_side(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each row of panels is a row of the picture, drawn with its own quality; together they are as large as it is."""
+    monkeypatch.setattr(gallery, "write_maps", lambda *_: None)
+    exhibit = next(e for e in EXHIBITS if e.name == "kernels")
+    asked: list[str] = []
+
+    def draw(scene: gb.Scene, size: tuple[int, int], quality: gb.Quality) -> gb.Frame:
+        asked.append(quality.bump_kernel)
+        return gb.Frame(np.full((size[1], size[0], 4), len(asked) / 8, np.float32))
+
+    (tmp_path / "scenes").mkdir()
+    ((path, _),) = gallery.write_gallery(tmp_path, [exhibit], draw, "fast")
+    assert sorted(asked) == sorted(BUMP_KERNELS)
+    pixels = read_colour(path).pixels
+    assert pixels.shape[1::-1] == exhibit.size
+    steps = pixels[::280, ::280, 0].reshape(-1)
+    assert (np.diff(steps) > 0).all()
 
 
 def test_every_map_is_used(tmp_path: Path) -> None:

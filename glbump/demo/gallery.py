@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from glbump.camera import Camera
-from glbump.demo import knot, letters, panorama, relief, room
+from glbump.demo import bumps, knot, letters, panorama, relief, room
 from glbump.environment import (
     BoxBounds,
     Captured,
@@ -26,6 +26,7 @@ from glbump.environment import (
     Octahedral,
 )
 from glbump.errors import SceneError, unknown
+from glbump.frame import Frame
 from glbump.maps.convert import convert
 from glbump.maps.files import write_atomically, write_display, write_picture
 from glbump.maps.layout import (
@@ -39,6 +40,7 @@ from glbump.maps.layout import (
     Layout,
 )
 from glbump.maps.pictured import picture_of
+from glbump.quality import Quality, quality_of
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Sphere, Torus, Transform
 
@@ -51,13 +53,15 @@ ROW_CAMERA = Camera(eye=(0, -0.25, 7.0), target=(0, 0.12, 0), fov=19)
 
 @dataclass(frozen=True)
 class Exhibit:
-    """One picture of the gallery. scene: made when the folder of its maps is known."""
+    """One picture of the gallery. scene: made when the folder of its maps is known. panels: rows of what the quality is
+    changed by, for a picture that shows the scene as often side by side."""
 
     name: str
     title: str
     scene: Callable[[Path], Scene]
     size: tuple[int, int] = (640, 640)
     exposure: float = 0.4
+    panels: tuple[tuple[dict[str, Any], ...], ...] = (({},),)
 
 
 def _evening(maps: Path, **options: object) -> LatLong:
@@ -268,6 +272,22 @@ EXHIBITS = (
     Exhibit("quilted-cube", "A normal map on a cube of anodised metal", _quilted_cube),
     Exhibit("trefoil", "A mesh file: a knot of woven copper", _trefoil),
     Exhibit("golf-ball", "Dimples in glossy white lacquer", _golf_ball),
+    Exhibit("layers", "Two bumps on one surface: the gradients of detail and base add up", bumps.layers),
+    Exhibit(
+        "kernels",
+        "Few texels, eight gradients: forward, central, half, Sobel; Scharr, 4th order, B-spline, spectral",
+        bumps.kernels,
+        (1120, 560),
+        panels=bumps.KERNELS,
+    ),
+    Exhibit("terms", "High bumps: the small form, and the full form", bumps.terms, (1120, 560), panels=bumps.TERMS),
+    Exhibit(
+        "triplanar",
+        "No u and v: heights by the place in space, their gradients taken there, and from pixel to pixel",
+        bumps.triplanar,
+        (1120, 560),
+        panels=bumps.READS,
+    ),
     Exhibit("ringed-stone", "Two surfaces: rough stone in a chrome ring", _ringed),
     Exhibit("lake", "A bumped plane at a grazing angle: ripples on water", _lake, (960, 540)),
     Exhibit("metals", "Gold, roughness 0 to 1", _metals, (1120, 300)),
@@ -305,6 +325,7 @@ MAPS: dict[str, Callable[[Path], None]] = {
     "probe.exr": lambda path: _write_evening(path, MIRROR_BALL, 1024, "mirror-ball"),
     "room.exr": lambda path: write_picture(path, picture_of(room.room(), "hcross").astype(np.float16)),
     "bricks.exr": lambda path: write_picture(path, relief.bricks()),
+    "coarse.exr": lambda path: write_picture(path, relief.coarse()),
     "dimples.exr": lambda path: write_picture(path, relief.dimples()),
     "waves.exr": lambda path: write_picture(path, relief.waves()),
     "stone.exr": lambda path: write_picture(path, relief.stone()),
@@ -319,7 +340,7 @@ def maps_of(scene: Scene) -> set[str]:
     """Names of the files that a scene reads."""
     pictures: list[object] = [getattr(scene.environment, "image", None)]
     for surface in scene.surfaces:
-        pictures.append(getattr(surface.bump, "height", None) or getattr(surface.bump, "normal_map", None))
+        pictures += [bump.height if isinstance(bump, Bump) else bump.normal_map for bump in surface.bumps]
         pictures.append(getattr(surface.shape, "path", None))
     return {picture.name for picture in pictures if isinstance(picture, Path)}
 
@@ -331,20 +352,21 @@ def write_maps(folder: Path, names: Iterable[str] = tuple(MAPS)) -> None:
         MAPS[name](folder / name)
 
 
-class Saved(Protocol):
-    """A frame, as far as the gallery needs it."""
-
-    def save(self, path: Path, *, tone: str = "clip", exposure: float = 0.0) -> None: ...
-
-
 class Draw(Protocol):
     """`Renderer.render`."""
 
-    def __call__(self, scene: Scene, size: tuple[int, int], quality: str, /) -> Saved: ...
+    def __call__(self, scene: Scene, size: tuple[int, int], quality: Quality, /) -> Frame: ...
+
+
+def _drawn(exhibit: Exhibit, scene: Scene, draw: Draw, quality: Quality) -> Frame:
+    """The exhibit's picture, all of its panels."""
+    size = exhibit.size[0] // len(exhibit.panels[0]), exhibit.size[1] // len(exhibit.panels)
+    rows = [[draw(scene, size, replace(quality, **change)).pixels for change in row] for row in exhibit.panels]
+    return Frame(np.concatenate([np.concatenate(row, axis=1) for row in rows]))
 
 
 def write_gallery(
-    folder: Path, exhibits: Iterable[Exhibit], draw: Draw, quality: str = "balanced"
+    folder: Path, exhibits: Iterable[Exhibit], draw: Draw, quality: str | Quality = "balanced"
 ) -> Iterator[tuple[Path, Exhibit]]:
     """Draw exhibits into `folder` as NAME.png, each also as scenes/NAME.toml with its maps beside it.
 
@@ -362,5 +384,6 @@ def write_gallery(
         written |= needed
         save_scene(scene, scenes / f"{exhibit.name}.toml")
         picture = folder / f"{exhibit.name}.png"
-        draw(scene, exhibit.size, quality).save(picture, tone="filmic", exposure=exhibit.exposure)
+        frame = _drawn(exhibit, scene, draw, quality_of(quality))
+        frame.save(picture, tone="filmic", exposure=exhibit.exposure)
         yield picture, exhibit

@@ -21,6 +21,12 @@ def dimples(size: int = 512) -> F32:
     return patterns.dimples((size, size))
 
 
+def coarse(size: int = 12) -> F32:
+    """Smooth waves, known at so few places that it shows what is made of them."""
+    u, v = (np.float32(2 * np.pi) * at for at in texel_uv((size, size)))
+    return spread(np.sin(u) + np.sin(v) + np.float32(0.5) * np.sin(2 * u + v))
+
+
 def waves(size: int = 512) -> F32:
     """Wind waves on water."""
     return patterns.waves((size, size))
