@@ -85,7 +85,8 @@ def test_panels_are_side_by_side(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
     def draw(scene: gb.Scene, size: tuple[int, int], quality: gb.Quality) -> gb.Frame:
         asked.append(quality.bump_kernel)
-        return gb.Frame(np.full((size[1], size[0], 4), len(asked) / 8, np.float32))
+        grey = len(asked) / 8
+        return gb.Frame(np.full((size[1], size[0], 4), (grey, grey, grey, 1), np.float32))
 
     (tmp_path / "scenes").mkdir()
     ((path, _),) = gallery.write_gallery(tmp_path, [exhibit], draw, "fast")
