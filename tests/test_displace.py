@@ -216,7 +216,12 @@ REFUSED = [
     (gb.Surface(gb.Plane()), None, SceneError, "no heights to be displaced by"),
     (gb.Surface(gb.Plane(), bump=gb.NormalMap(np.full((2, 2, 3), 0.5))), None, SceneError, "no heights"),
     (gb.Surface(gb.Plane(), bump=gb.Bump(EVEN, 1, scaling="parameter")), None, SceneError, "are no lengths"),
-    (gb.Surface(gb.Plane(), bump=gb.Bump(EVEN, 1, mapping="triplanar")), None, SceneError, "are displaced by u and v; use mapping"),
+    (
+        gb.Surface(gb.Plane(), bump=gb.Bump(EVEN, 1, mapping="triplanar")),
+        None,
+        SceneError,
+        "are displaced by u and v; use mapping",
+    ),
     (gb.Surface(gb.Plane(), bump=gb.Bump(EVEN, 1)), (2000, 2000), LimitError, "8,000,000 triangles; at most 2,000,000"),
     (gb.Surface(gb.Sphere(), bump=gb.Bump(waves(), 1, repeat=(64, 64))), None, LimitError, "4,096 x 4,096 cells"),
     (gb.Surface(gb.Plane(), bump=gb.Bump(EVEN, 1e30)), (3, 3), LimitError, r"heights reach 5e\+29, .*lower bump.ampl"),

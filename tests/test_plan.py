@@ -96,7 +96,8 @@ def test_light_is_what_the_material_needs(
 
 def test_nothing_glossy_no_chain() -> None:
     assert _plan(_scene(Surface(Sphere(), MIRROR))).environments[0].gloss is None
-    assert _plan(_scene(Surface(Sphere(), MIRROR), Surface(Torus(), Material(roughness=0.3)))).environments[0].gloss is not None
+    rough = Surface(Torus(), Material(roughness=0.3))
+    assert _plan(_scene(Surface(Sphere(), MIRROR), rough)).environments[0].gloss is not None
 
 
 def test_transforms_cost_only_what_they_need() -> None:

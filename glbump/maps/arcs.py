@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -123,12 +123,17 @@ def under(width: F64, half0: F64, half1: F64) -> F64:
     return 2 * np.arctan(np.tan(width / 2) * (half0 + half1) / (1 + half0 * half1))
 
 
+def _chosen(arcs: Arcs, at: Index) -> Arcs:
+    parts: dict[str, Any] = {name: part[at] for name, part in arcs._asdict().items()}
+    return Arcs(**parts)
+
+
 def _at_tops(arcs: Arcs, cells: Cells) -> Arcs:
     """The arcs cut at their points nearest a pole, so that each rises or falls throughout."""
     at = np.flatnonzero(arcs.bent)
     if not len(at):
         return arcs
-    west = Arcs(*(part[at] for part in arcs))
+    west = _chosen(arcs, at)
     up = np.where(west.half0 + west.half1 > 0, 1.0, -1.0)
     flat = np.hypot(west.a, west.b)
     half = up * flat / (np.hypot(flat, west.c) + west.c)
@@ -193,7 +198,8 @@ def _by_rows(arcs: Arcs, spans: _Spans, cells: Cells) -> tuple[Index, Index, Ind
     top = cells.row(spans.half0)
     steps = cells.row(spans.half1) - top
     span, nth, last = _parts(np.abs(steps) + 1)
-    arc, column, x, half = (part[span] for part in (spans.arc, spans.column, spans.x0, spans.half0))
+    arc, column = spans.arc[span], spans.column[span]
+    x, half = spans.x0[span], spans.half0[span]
     down = np.sign(steps)[span]
     row = top[span] + down * nth
     cut = np.flatnonzero(nth)

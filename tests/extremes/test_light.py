@@ -18,9 +18,8 @@ from glbump.errors import ImageError, LimitError
 from glbump.gl.renderer import Renderer
 from glbump.gl.stability import MIRROR, SHARP, SIZE, even, smooth, waves
 from glbump.glsltest import Glsl, Sampler, inputs
-from glbump.maps import cube
-from glbump.maps.layout import CUBE, EnvironmentMap, sample
 from glbump.maps.encodings import HALF_MAX
+from glbump.maps.layout import CUBE, EnvironmentMap, sample
 from glbump.plan.surfaces import STEEPEST
 from glbump.quality import Quality
 from glbump.scene import Bump, Material, Scene, Surface
