@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from glbump.frame import Frame as Frame
     from glbump.gl.renderer import Renderer as Renderer
     from glbump.gl.renderer import render as render
+    from glbump.maps import patterns as patterns
     from glbump.quality import Quality as Quality
     from glbump.scene import Bump as Bump
     from glbump.scene import Material as Material
@@ -94,14 +95,17 @@ _PUBLIC = {
 }
 _MODULE_OF = {name: module for module, names in _PUBLIC.items() for name in names}
 
-__all__ = sorted([*_MODULE_OF, "reference"])
+# Modules that are public as a whole.
+_MODULES = {"patterns": "glbump.maps.patterns", "reference": "glbump.reference"}
+
+__all__ = sorted([*_MODULE_OF, *_MODULES])
 
 
 def __getattr__(name: str) -> Any:
     if name in _MODULE_OF:
         value = getattr(import_module(f"glbump.{_MODULE_OF[name]}"), name)
-    elif name == "reference":
-        value = import_module("glbump.reference")
+    elif name in _MODULES:
+        value = import_module(_MODULES[name])
     elif name == "__version__":
         from importlib.metadata import version
 
