@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from glbump.errors import ImageError, unknown
 from glbump.maps import detect
-from glbump.maps.faces import of_one_cube, of_several
 from glbump.maps.images import Picture, require_opaque
 from glbump.maps.layout import (
     CUBE,
@@ -54,6 +53,8 @@ def environment_of(
     _require_reading(orientation)
     if isinstance(pictures, Sequence):
         if len(pictures) != 1:
+            from glbump.maps.faces import of_several  # a panorama needs none of it
+
             return of_several(pictures, layout, orientation)
         (pictures,) = pictures
     if layout == "auto":
@@ -62,6 +63,8 @@ def environment_of(
     if layout == "lat-long":
         return _latlong(pictures)
     if layout in ("cube", "hemicube", "faces", *UNFOLDINGS):
+        from glbump.maps.faces import of_one_cube  # a panorama needs none of it
+
         return of_one_cube(pictures, layout, orientation)
     return _plain(pictures, LAYOUTS[layout])
 
