@@ -24,7 +24,6 @@ SECTIONS = (
     "normal_formats",
     "normals",
     "layouts",
-    "layouts",
     "conversion",
 )
 DOCS = Path(__file__).resolve().parents[1] / "docs"
