@@ -8,24 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from glbump.commands.options import Session, checked, common, json_option, print_json
+from glbump.commands.options import Session, checked, common, json_option, print_json, word
 from glbump.progress import progress
 
 if TYPE_CHECKING:
     from glbump.maps.convert import Filter, Ledger
-
-
-def _word(what: str, module: str, names: str) -> Any:
-    """A check of a word against the names that a module of glbump has, imported when there is a word."""
-
-    def check(word: str) -> str:
-        from importlib import import_module
-
-        from glbump.validate import choice
-
-        return choice(what, word, getattr(import_module(module), names))
-
-    return checked(check)
 
 
 def _positive(value: float) -> float:
@@ -43,7 +30,7 @@ def _positive(value: float) -> float:
     "--to",
     required=True,
     metavar="LAYOUT",
-    callback=_word("layout", "glbump.maps.conversion", "TARGETS"),
+    callback=word("layout", "glbump.maps.conversion", "TARGETS"),
     help="cube, hcross, vcross, hstrip, vstrip, faces, lat-long, hemicube, hemisphere, octahedral, angular or "
     "mirror-ball.",
 )
@@ -52,21 +39,21 @@ def _positive(value: float) -> float:
     "source",
     default="auto",
     metavar="LAYOUT",
-    callback=_word("layout", "glbump.maps.pictured", "LAYOUT_NAMES"),
+    callback=word("layout", "glbump.maps.pictured", "LAYOUT_NAMES"),
     help="How IN is laid out; default auto: by header, shape and content.",
 )
 @click.option(
     "--orientation",
     default="auto",
     metavar="O",
-    callback=_word("orientation of cube faces", "glbump.maps.pictured", "READINGS"),
+    callback=word("orientation of cube faces", "glbump.maps.pictured", "READINGS"),
     help="Of the cube that is read: opengl, inside or auto (default).",
 )
 @click.option(
     "--to-orientation",
     default="auto",
     metavar="O",
-    callback=_word("orientation of cube faces", "glbump.maps.pictured", "READINGS"),
+    callback=word("orientation of cube faces", "glbump.maps.pictured", "READINGS"),
     help="Of the cube that is written: opengl, inside or auto: inside for crosses, else opengl.",
 )
 @click.option(
@@ -79,13 +66,13 @@ def _positive(value: float) -> float:
     "--filter",
     "filter",
     metavar="F",
-    callback=_word("filter", "glbump.maps.convert", "FILTERS"),
+    callback=word("filter", "glbump.maps.convert", "FILTERS"),
     help="area keeps all light, bilinear is quick; default: area when shrinking, bilinear when enlarging.",
 )
 @click.option(
     "--projection",
     metavar="P",
-    callback=_word("projection of a hemisphere", "glbump.maps.conversion", "PROJECTIONS"),
+    callback=word("projection of a hemisphere", "glbump.maps.conversion", "PROJECTIONS"),
     help="Of --to hemisphere: equal-area (default), equidistant, orthographic or dual-paraboloid.",
 )
 @click.option(

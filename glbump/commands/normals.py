@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from glbump.commands.options import Session, checked, common, json_option, print_json
+from glbump.commands.options import Session, checked, common, json_option, print_json, word
 from glbump.progress import progress
 
 if TYPE_CHECKING:
@@ -16,19 +16,6 @@ if TYPE_CHECKING:
 
 AMPLITUDE = 0.05
 """Of integers, in widths of the tile, unless told: what no file says is said to be assumed."""
-
-
-def _word(what: str, module: str, names: str) -> Any:
-    """A check of a word against the names that a module of glbump has, imported when there is a word."""
-
-    def check(word: str) -> str:
-        from importlib import import_module
-
-        from glbump.validate import choice
-
-        return choice(what, word, tuple(getattr(import_module(module), names)))
-
-    return checked(check)
 
 
 def _lengths(text: str) -> tuple[float, float | None]:
@@ -77,14 +64,14 @@ def _finite(value: float) -> float:
     "--kernel",
     default="central",
     metavar="K",
-    callback=_word("gradient kernel", "glbump.maps.gradients", "METHODS"),
+    callback=word("gradient kernel", "glbump.maps.gradients", "METHODS"),
     help="forward, central (default), sobel, scharr, fourth, bspline or spectral.",
 )
 @click.option(
     "--wrap",
     default="wrap",
     metavar="B",
-    callback=_word("border", "glbump.maps.bspline", "BORDERS"),
+    callback=word("border", "glbump.maps.bspline", "BORDERS"),
     help="What lies beyond the picture: wrap (default: it repeats), clamp or mirror.",
 )
 @click.option(

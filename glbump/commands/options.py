@@ -59,6 +59,19 @@ def checked(check: Callable[[Any], Any]) -> Callable[[click.Context, click.Param
     return callback
 
 
+def word(what: str, module: str, names: str) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """`checked`, of a word against the names that a module of glbump has, imported when there is a word."""
+
+    def check(value: str) -> str:
+        from importlib import import_module
+
+        from glbump.validate import choice
+
+        return choice(what, value, getattr(import_module(module), names))
+
+    return checked(check)
+
+
 def _size(text: str) -> tuple[int, int]:
     width, cross, height = text.partition("x")
     try:

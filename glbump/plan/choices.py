@@ -62,8 +62,8 @@ class EnvironmentPlan:
     """How one environment is kept and looked up. defines: of its look-up.
 
     layout: of its texels on the GPU, None where it is computed; size: of its tiles, where they are not the picture's.
-    filter, texture_format: as in Quality. is_read: looked up by itself, not through its roughness chain alone.
-    gloss: size and samples of the roughness chain, where a surface needs it; irradiance: whether one needs that.
+    filter, texture_format: as in Quality. gloss: size and samples of the roughness chain, where a surface needs it;
+    irradiance: whether one needs that.
     """
 
     environment: Environment
@@ -72,7 +72,6 @@ class EnvironmentPlan:
     size: int | None
     filter: str
     texture_format: str
-    is_read: bool = False
     gloss: tuple[int, int] | None = None
     irradiance: bool = False
 

@@ -42,7 +42,6 @@ def environment_plan(draft: Draft, number: int, environment: Environment) -> Env
     name = "environment" if number == 0 else f"environment {number}"
     materials = [s.material for s in scene.surfaces if scene.environment_of(s) == environment]
     glossy = any(light_of(m) == GLOSSY for m in materials)
-    mirrored = any(light_of(m) != GLOSSY for m in materials)
     layout, resampled, texture_format = None, None, quality.texture_format
     # A computed environment has texels for its roughness chain alone.
     if isinstance(environment, Pictured) or glossy:
@@ -68,7 +67,6 @@ def environment_plan(draft: Draft, number: int, environment: Environment) -> Env
         size=resampled,
         filter=quality.environment_filter,
         texture_format=texture_format,
-        is_read=mirrored or (number == 0 and environment.background),
         gloss=gloss,
         irradiance=any(map(is_diffuse, materials)),
     )
