@@ -4,15 +4,52 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from glbump import validate as check
 from glbump.errors import SceneError
 
-ENVIRONMENT_LAYOUTS = ("given", "cube", "lat-long", "octahedral", "dual-paraboloid")
-BUMP_KERNELS = ("forward", "central", "half", "sobel", "scharr", "fourth", "bspline", "spectral")
-BUMP_FORMATS = ("float", "half", "slopes8", "slopes16", "rg8", "rg16", "rgb8", "rgb10", "oct24", "oct32")
-FILTERS = ("bilinear", "nearest-level", "trilinear")
+
+class Knob(NamedTuple):
+    """What a knob can be: one of some words, or a number within bounds, `whole` or not.
+
+    values: the words, or the numbers that a sweep tries; from what costs least to what is nearest to the truth.
+    unit: of numbers. bounds: least and most of a number, None for words. effect: what it decides, in a few words.
+    """
+
+    effect: str
+    values: tuple[Any, ...]
+    unit: str = ""
+    bounds: tuple[float, float] | None = None
+    whole: bool = False
+
+
+KNOBS: dict[str, Knob] = {
+    "samples": Knob("samples a pixel, a square number", (1, 4, 9, 16, 64), "", (1, 4096), True),
+    "silhouette": Knob("how far a round outline may lie from the true one", (0.5, 0.25, 0.1, 0.02), "px", (0.001, 64)),
+    "environment_layout": Knob(
+        "the layout that pictures are resampled to", ("given", "cube", "lat-long", "octahedral", "dual-paraboloid")
+    ),
+    "environment_filter": Knob("mip levels of environments", ("bilinear", "nearest-level", "trilinear")),
+    "environment_level": Knob("the level of a footprint: by its longer side, or by its area", ("longest", "area")),
+    "bump_kernel": Knob(
+        "how heights become slopes",
+        ("forward", "central", "half", "sobel", "scharr", "fourth", "bspline", "spectral"),
+    ),
+    "bump_read": Knob("where slopes are taken", ("baked", "shader", "screen")),
+    "bump_terms": Knob("terms of the bent normal", ("small", "auto", "full")),
+    "bump_format": Knob(
+        "how textures keep slopes",
+        ("rg8", "slopes8", "rgb8", "rgb10", "oct24", "rg16", "slopes16", "half", "oct32", "float"),
+    ),
+    "bump_filter": Knob("mip levels of bumps", ("bilinear", "nearest-level", "trilinear")),
+    "gloss_size": Knob("pixels along a face of the roughness chain", (16, 32, 64, 128, 256), "px", (8, 1024), True),
+    "gloss_samples": Knob("texels that each texel of the chain reads", (8, 32, 64, 256), "", (1, 4096), True),
+    "direction_error": Knob("how far mirrored directions may be off", (180.0, 1.0, 0.25, 0.0), "degrees", (0, 180)),
+    "texture_format": Knob("how textures keep environments", ("half", "float")),
+    "frame_format": Knob("how the picture is kept while it is drawn", ("half", "float")),
+}
+"""Each field of Quality but `preset`."""
 
 PRESETS: dict[str, dict[str, Any]] = {
     # One look-up a pixel: a cube's face is found without the two arc tangents of a lat-long picture.
@@ -20,6 +57,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "samples": 1,
         "environment_layout": "cube",
         "environment_filter": "bilinear",
+        "environment_level": "area",
         "bump_filter": "nearest-level",
         "bump_kernel": "central",
         "bump_read": "baked",
@@ -32,10 +70,12 @@ PRESETS: dict[str, dict[str, Any]] = {
         "gloss_samples": 32,
         "direction_error": 1.0,
     },
+    # Four samples turned against the pixels' rows, each by its footprint's area: long thin footprints stay sharp across.
     "balanced": {
         "samples": 4,
         "environment_layout": "given",
         "environment_filter": "trilinear",
+        "environment_level": "area",
         "bump_filter": "trilinear",
         "bump_kernel": "central",
         "bump_read": "baked",
@@ -53,6 +93,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "samples": 16,
         "environment_layout": "given",
         "environment_filter": "bilinear",
+        "environment_level": "area",
         "bump_filter": "bilinear",
         "bump_kernel": "central",
         "bump_read": "baked",
@@ -75,26 +116,27 @@ _FROM_PRESET: Any = None
 class Quality(check.Frozen):
     """Every knob of the trade between speed and accuracy; what is None takes the preset's value.
 
-    samples: samples a pixel, a square number. environment_layout: as "given", or resampled to "cube", "lat-long",
-    "octahedral" or "dual-paraboloid" (pictures of the upper half of the world stay as they are).
+    KNOBS has what each may be, and its unit. Some more of it:
+
+    samples: one pass draws as many at once as the driver has for multisampling (4), shading what needs it for each.
+    environment_layout: as "given", or resampled (pictures of the upper half of the world stay as they are).
     environment_filter, bump_filter: "bilinear" (level 0 alone), "nearest-level" or "trilinear" (mip levels by
-    the sample's footprint). bump_kernel: how heights become slopes, one of BUMP_KERNELS (docs/bump.md has what each
-    loses). bump_read: slopes are "baked" once; or heights are read in the "shader", and their slopes
-    taken there; or on the "screen", from pixel to pixel, which is off by as much as a pixel is large (docs/bump.md).
+    the sample's footprint). environment_level: "longest" blurs across thin footprints, "area" counts the longer side
+    as eight times the shorter at most. bump_read: slopes are "baked" once; or heights are read in the "shader", and
+    their slopes taken there; or on the "screen", from pixel to pixel, which is off by as much as a pixel is large.
     bump_terms: "small" drops B (N/|N|)_u and _v, "full" keeps them, "auto" keeps them where they matter
-    (direction_error). bump_format: how textures keep the slopes of bumps, one of BUMP_FORMATS: as floats, in codes of
-    slopes, or, of normal maps, in codes of normals; the plan says what it costs. texture_format, frame_format: of
-    environments and of the picture itself, "half" or "float".
-    silhouette: how far, in pixels, a curved shape's outline may lie from the true one.
-    gloss_size: pixels along a face of the roughness chain's first level. gloss_samples: source texels that
+    (direction_error). bump_format: as floats, in codes of slopes, or, of normal maps, in codes of normals; the plan says
+    what it costs. docs/bump.md has all of bumps.
+    gloss_size: of the chain's first level. gloss_samples: source texels that
     a texel of its second level reads where its lobe is high; each further level reads twice as many.
-    direction_error: degrees that mirrored directions may be off by what a plan leaves out (the parallax of a room).
+    direction_error: by what a plan leaves out (the parallax of a room, small terms of bumps).
     """
 
     preset: str = "balanced"
     samples: int = _FROM_PRESET
     environment_layout: str = _FROM_PRESET
     environment_filter: str = _FROM_PRESET
+    environment_level: str = _FROM_PRESET
     bump_filter: str = _FROM_PRESET
     bump_kernel: str = _FROM_PRESET
     bump_read: str = _FROM_PRESET
@@ -109,30 +151,25 @@ class Quality(check.Frozen):
 
     def __post_init__(self) -> None:
         check.choice("quality", self.preset, PRESETS)
-        values = {k: v if getattr(self, k) is None else getattr(self, k) for k, v in PRESETS[self.preset].items()}
-        samples = check.integer("quality.samples", values["samples"], least=1, most=4096)
-        if round(samples**0.5) ** 2 != samples:
-            raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {samples}")
-        for name in ("environment_filter", "bump_filter"):
-            check.choice(f"quality.{name}", values[name], FILTERS)
-        check.choice("quality.environment_layout", values["environment_layout"], ENVIRONMENT_LAYOUTS)
-        check.choice("quality.bump_kernel", values["bump_kernel"], BUMP_KERNELS)
-        check.choice("quality.bump_read", values["bump_read"], ("baked", "shader", "screen"))
-        check.choice("quality.bump_terms", values["bump_terms"], ("auto", "small", "full"))
-        check.choice("quality.bump_format", values["bump_format"], BUMP_FORMATS)
-        for name in ("texture_format", "frame_format"):
-            check.choice(f"quality.{name}", values[name], ("half", "float"))
-        size = check.integer("quality.gloss_size", values["gloss_size"], least=8, most=1024)
-        if size & (size - 1):
-            raise SceneError(f"quality.gloss_size must be a power of two; got {size}")
-        values.update(
-            samples=samples,
-            silhouette=check.number("quality.silhouette", values["silhouette"], least=0.001, most=64),
-            gloss_size=size,
-            gloss_samples=check.integer("quality.gloss_samples", values["gloss_samples"], least=1, most=4096),
-            direction_error=check.number("quality.direction_error", values["direction_error"], least=0, most=180),
-        )
+        values = {
+            name: _checked(name, own if (own := getattr(self, name)) is not None else value)
+            for name, value in PRESETS[self.preset].items()
+        }
+        if round(values["samples"] ** 0.5) ** 2 != values["samples"]:
+            raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {values['samples']}")
+        if values["gloss_size"] & (values["gloss_size"] - 1):
+            raise SceneError(f"quality.gloss_size must be a power of two; got {values['gloss_size']}")
         self._store(**values)
+
+
+def _checked(name: str, value: Any) -> Any:
+    knob = KNOBS[name]
+    if knob.bounds is None:
+        return check.choice(f"quality.{name}", value, knob.values)
+    least, most = knob.bounds
+    if knob.whole:
+        return check.integer(f"quality.{name}", value, least=int(least), most=int(most))
+    return check.number(f"quality.{name}", value, least=least, most=most)
 
 
 def quality_of(value: str | Quality) -> Quality:
