@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from glbump.maps.pyramid import chain, halve
+from glbump.maps.pyramid import chain, halve, slope_moments
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 7), (5, 1), (2, 2), (7, 7), (16, 8), (13, 6), (31, 33)])
@@ -57,3 +57,67 @@ def test_rounding_does_not_pile_up_from_level_to_level() -> None:
 def test_leading_axes_are_faces() -> None:
     faces = np.random.default_rng(3).uniform(size=(6, 8, 8, 3)).astype(np.float32)
     assert np.array_equal(halve(faces), np.stack([halve(face) for face in faces]))
+
+
+# ------------------------------------------------------------ second moments of slopes
+
+
+def _covariance(slopes: np.ndarray) -> np.ndarray:
+    """uu, uv, vv of (H, W, 2), in float64, about their mean."""
+    off = slopes.astype(np.float64) - slopes.mean(axis=(0, 1), dtype=np.float64)
+    u, v = off[..., 0], off[..., 1]
+    return np.array([(u * u).mean(), (u * v).mean(), (v * v).mean()])
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (64, 64), (7, 7), (13, 6), (1, 31), (33, 127)])
+def test_the_last_level_has_the_moments_of_all_slopes(shape: tuple[int, int]) -> None:
+    slopes = np.random.default_rng(4).normal(size=(*shape, 2)) * [1.0, 0.3] + [0.2, -0.1]
+    slopes[..., 1] += 0.5 * slopes[..., 0]
+    levels = slope_moments(slopes)
+    means, moments = levels[-1]
+    # Each rounded once, to float32.
+    assert means.reshape(2) == pytest.approx(slopes.mean(axis=(0, 1)), rel=1e-6, abs=1e-7)
+    assert moments.reshape(3) == pytest.approx(_covariance(slopes), rel=1e-6, abs=1e-7)
+    assert [m.shape for m, _ in levels] == [m.shape for m in chain(slopes)]
+    assert all(np.array_equal(m, level) for (m, _), level in zip(levels, chain(slopes), strict=True))
+    assert not levels[0][1].any()
+
+
+def test_moments_of_a_level_are_those_of_its_blocks() -> None:
+    slopes = np.random.default_rng(5).normal(size=(24, 40, 2))
+    _, moments = slope_moments(slopes)[3]
+    blocks = slopes.reshape(3, 8, 5, 8, 2).swapaxes(1, 2)
+    wanted = np.array([[_covariance(block) for block in row] for row in blocks])
+    assert np.abs(moments - wanted).max() < 1e-6
+    # Where blocks overlap, a mean of neighbours' squares is another thing.
+    assert np.abs(np.roll(moments, 1, axis=0) - wanted).max() > 0.05
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (7, 9)])
+def test_the_moments_of_a_linear_slope_are_those_of_its_steps(shape: tuple[int, int]) -> None:
+    """Slopes 0, 1 .. n - 1 have the variance (n^2 - 1) / 12, at any offset: nothing cancels."""
+    for offset in (0.0, 1e6):
+        v, u = np.mgrid[: shape[0], : shape[1]] + offset
+        _, moments = slope_moments(np.dstack([u, v]))[-1]
+        n = np.array(shape[::-1])
+        assert moments[0, 0, [0, 2]] == pytest.approx((n * n - 1) / 12, rel=1e-6)
+        assert abs(moments[0, 0, 1]) < 1e-6
+        # A mean of squares kept in float32 has lost it.
+        squares = np.float32(np.mean(u * u)) - np.float32(np.mean(u)) ** 2
+        assert offset == 0 or abs(squares - moments[0, 0, 0]) > 0.5 * moments[0, 0, 0]
+
+
+def test_moments_are_covariances_and_even_slopes_have_none() -> None:
+    slopes = np.random.default_rng(6).normal(size=(37, 53, 2)).astype(np.float32) * 1e-3 + 2
+    for _, m in slope_moments(slopes)[1:]:
+        # Each of three is rounded to float32.
+        assert (m[..., 0] * m[..., 2] >= m[..., 1] ** 2 * (1 - 4e-7)).all()
+        assert (m[..., [0, 2]] >= 0).all()
+    for _, m in slope_moments(np.full((16, 16, 2), 0.3)):
+        assert not m.any()
+    # Thirds are not floats: at odd sizes the mean itself is rounded, to 2^-53.
+    assert max(m.max() for _, m in slope_moments(np.full((7, 5, 2), 0.3))) < 1e-30
+
+
+def test_levels_end_where_told() -> None:
+    assert len(slope_moments(np.zeros((64, 32, 2)), 2)) == len(chain(np.zeros((64, 32, 2)), 2)) == 3
