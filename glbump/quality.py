@@ -70,7 +70,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "gloss_samples": 32,
         "direction_error": 1.0,
     },
-    # Four samples turned against the pixels' rows, each by its footprint's area: long thin footprints stay sharp across.
+    # Four samples, levels by their footprints' areas: long thin footprints stay sharp across.
     "balanced": {
         "samples": 4,
         "environment_layout": "given",
@@ -125,8 +125,8 @@ class Quality(check.Frozen):
     as eight times the shorter at most. bump_read: slopes are "baked" once; or heights are read in the "shader", and
     their slopes taken there; or on the "screen", from pixel to pixel, which is off by as much as a pixel is large.
     bump_terms: "small" drops B (N/|N|)_u and _v, "full" keeps them, "auto" keeps them where they matter
-    (direction_error). bump_format: as floats, in codes of slopes, or, of normal maps, in codes of normals; the plan says
-    what it costs. docs/bump.md has all of bumps.
+    (direction_error). bump_format: as floats, in codes of slopes, or, of normal maps, in codes of normals; the plan
+    says what it costs. docs/bump.md has all of bumps.
     gloss_size: of the chain's first level. gloss_samples: source texels that
     a texel of its second level reads where its lobe is high; each further level reads twice as many.
     direction_error: by what a plan leaves out (the parallax of a room, small terms of bumps).

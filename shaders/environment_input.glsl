@@ -12,6 +12,8 @@
 #define CHROME 9
 #define FRACTAL 10
 #define COLOURED 2
+#define BY_LONGEST 0
+#define BY_AREA 1
 
 #include "lib/environment.glsl"
 #include "lib/filter.glsl"
@@ -130,15 +132,26 @@ vec3 picture_radiance(vec3 dir_env, float level) {
 }
 #endif
 
-// dir_env: unit length where it has a footprint or the environment is computed; else of any.
-vec3 environment_radiance(vec3 dir_env) {
+// How a direction changes across a sample, from pixel to pixel; 0 where nothing reads it.
+vec3 footprint_x(vec3 dir_env) {
 #if ENVIRONMENT_FOOTPRINT
-    vec3 ddx = dFdx(dir_env) * footprint;
-    vec3 ddy = dFdy(dir_env) * footprint;
+    return dFdx(dir_env) * footprint;
 #else
-    const vec3 ddx = vec3(0.0);
-    const vec3 ddy = vec3(0.0);
+    return vec3(0.0);
 #endif
+}
+
+vec3 footprint_y(vec3 dir_env) {
+#if ENVIRONMENT_FOOTPRINT
+    return dFdy(dir_env) * footprint;
+#else
+    return vec3(0.0);
+#endif
+}
+
+// dir_env: unit length where it has a footprint or the environment is computed; else of any. ddx, ddy: how it changes
+// across the sample.
+vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
 #if ENVIRONMENT == SKY
     vec3 radiance = sky_radiance(dir_env, ddx, ddy, up, down, softness);
 #elif ENVIRONMENT == CHROME
@@ -148,8 +161,14 @@ vec3 environment_radiance(vec3 dir_env) {
 #else
 #if ENVIRONMENT_FOOTPRINT
     // By the largest texels there are: where a layout's are smaller (near the poles, in a cube's corners) the level is
-    // finer than the footprint's. Levels by solid angle (latlong_level, cube_level) blur more than that sparkles.
+    // finer than the footprint's. Levels by each texel's own solid angle blur more than that sparkles.
+#if ENVIRONMENT_LEVEL == BY_AREA
     float level = direction_level(ddx, ddy, texels_per_radian);
+#elif ENVIRONMENT_LEVEL == BY_LONGEST
+    float level = longest_level(ddx, ddy, texels_per_radian);
+#else
+#error "ENVIRONMENT_LEVEL must be BY_LONGEST or BY_AREA"
+#endif
 #else
     const float level = 0.0;
 #endif

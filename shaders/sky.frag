@@ -11,11 +11,12 @@ out vec4 color;
 
 void main() {
 #if PARALLAX
-    color = vec4(environment_radiance(in_room(eye_room, dir_env)), 1.0);
+    vec3 seen_env = in_room(eye_room, dir_env);
 #elif ENVIRONMENT_FOOTPRINT || ENVIRONMENT >= SKY
     // Footprints are angles, and formulas want unit length; a texture takes any.
-    color = vec4(environment_radiance(normalize(dir_env)), 1.0);
+    vec3 seen_env = normalize(dir_env);
 #else
-    color = vec4(environment_radiance(dir_env), 1.0);
+    vec3 seen_env = dir_env;
 #endif
+    color = vec4(environment_radiance(seen_env, footprint_x(seen_env), footprint_y(seen_env)), 1.0);
 }

@@ -279,7 +279,7 @@ vec3 mirrored(vec3 p_room, vec3 dir_env) {
 #endif
     return radiance;
 #else
-    return environment_radiance(dir_env);
+    return environment_radiance(dir_env, footprint_x(dir_env), footprint_y(dir_env));
 #endif
 }
 

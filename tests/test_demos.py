@@ -16,7 +16,7 @@ from glbump.errors import SceneError
 from glbump.maps.images import read_colour, read_height, read_normals
 from glbump.maps.layout import latlong_dir, sample
 from glbump.maps.noise import fractal, value_noise
-from glbump.quality import BUMP_KERNELS
+from glbump.quality import KNOBS
 
 DEMOS = Path(__file__).parents[1] / "demos"
 
@@ -90,7 +90,7 @@ def test_panels_are_side_by_side(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
     (tmp_path / "scenes").mkdir()
     ((path, _),) = gallery.write_gallery(tmp_path, [exhibit], draw, "fast")
-    assert sorted(asked) == sorted(BUMP_KERNELS)
+    assert sorted(asked) == sorted(KNOBS["bump_kernel"].values)
     pixels = read_colour(path).pixels
     assert pixels.shape[1::-1] == exhibit.size
     steps = pixels[::280, ::280, 0].reshape(-1)

@@ -18,7 +18,7 @@ from glbump.reference.environment import (
     latlong_level,
     latlong_uv,
 )
-from glbump.reference.filter import direction_level
+from glbump.reference.filter import MOST_THIN, direction_level, longest_level
 
 F64 = npt.NDArray[np.float64]
 STEP = 1e-5
@@ -149,9 +149,20 @@ def test_a_thin_footprint_has_the_level_of_its_longer_side() -> None:
         pair = sides(ahead, 0.02, thin)
         for ddx, ddy in (pair, pair[::-1]):
             # In the middle of a face there are n / 2 texels to a radian.
-            assert cube_level(ahead, ddx, ddy, 512) == pytest.approx(direction_level(ddx, ddy, 256))
+            assert cube_level(ahead, ddx, ddy, 512) == pytest.approx(longest_level(ddx, ddy, 256))
             # And by area it would be sharper without bound.
             assert footprint_angle(ahead, ddx, ddy) == pytest.approx(4e-4)
+
+
+def test_a_direction_s_level_is_by_area_down_to_the_thinnest_that_counts() -> None:
+    ahead = np.array([[0.0, 0.0, -1.0]])
+    for thin in (1.0, 0.5, 0.125, 0.1, 1e-6, 0.0):
+        ddx, ddy = sides(ahead, 0.02, thin)
+        # A parallelogram of 0.02 by thin * 0.02, no thinner than one of eight.
+        texels = 0.02**2 * max(thin, 1 / MOST_THIN) * 256**2
+        assert direction_level(ddx, ddy, 256) == pytest.approx(0.5 * np.log2(texels))
+        # Sheared along itself it covers as much.
+        assert direction_level(ddx, ddy + 0.1 * ddx, 256) == pytest.approx(0.5 * np.log2(texels))
 
 
 def test_a_cubes_level_has_no_jump_at_the_edges() -> None:

@@ -32,7 +32,7 @@ from glbump.environment import (
 )
 from glbump.errors import SceneError
 from glbump.image import ArrayImage
-from glbump.quality import PRESETS, Quality, quality_of
+from glbump.quality import KNOBS, PRESETS, Quality, quality_of
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface, check_size, with_value
 from glbump.shapes import Cube, MeshData, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
@@ -212,7 +212,7 @@ REFUSED = [
     (Quality, {"texture_format": "double"}, r"unknown quality\.texture_format 'double'; .*half, float"),
     (Quality, {"bump_kernel": "prewitt"}, r"unknown quality\.bump_kernel 'prewitt'; .*central"),
     (Quality, {"bump_read": "bake"}, r"unknown quality\.bump_read 'bake'; did you mean 'baked'"),
-    (Quality, {"bump_terms": "all"}, r"unknown quality\.bump_terms 'all'; .*auto, small, full"),
+    (Quality, {"bump_terms": "all"}, r"unknown quality\.bump_terms 'all'; .*small, auto, full"),
     (Quality, {"bump_format": "rgb7"}, r"unknown quality\.bump_format 'rgb7'; did you mean .rgb8"),
     (Quality, {"environment_filter": "linear"}, r"unknown quality\.environment_filter 'linear'; did you mean"),
 ]  # fmt: skip
@@ -226,6 +226,19 @@ def test_refused(cls: type[Any], values: dict[str, Any], said: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", KNOBS)
+def test_every_knob_refuses_what_it_cannot_be(name: str) -> None:
+    knob = KNOBS[name]
+    wrong: list[Any] = ["some", 0.5, True]
+    if knob.bounds is not None:
+        wrong = ["4", float("nan"), knob.bounds[0] - 1, knob.bounds[1] + 1]
+    for value in wrong:
+        with pytest.raises(SceneError, match=f"quality.{name}"):
+            Quality(**{name: value})
+    for value in knob.values:
+        assert getattr(Quality(**{name: value}), name) == value
+
+
 def test_every_field_is_in_the_table_above() -> None:
     """No field goes untested: a new one must come with a value that it refuses."""
     named = {(cls, name) for cls, values, _ in REFUSED for name in values}
@@ -233,9 +246,7 @@ def test_every_field_is_in_the_table_above() -> None:
     # Checked by the very lines that check a field of the table.
     same = {
         ("NormalMap", "normal_map"),
-        ("Quality", "bump_filter"),
-        ("Quality", "frame_format"),
-        ("Quality", "environment_layout"),
+        *(("Quality", name) for name in KNOBS),
         # The fields of the classes they are derived from.
         *((cls.__name__, f.name) for cls in ENVIRONMENTS if cls is not LatLong for f in fields(Pictured)),
     }

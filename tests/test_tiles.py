@@ -30,7 +30,7 @@ from glbump.maps.layout import (
     texel_dirs,
 )
 from glbump.plan import Capabilities, make_plan
-from glbump.quality import ENVIRONMENT_LAYOUTS, FILTERS, Quality
+from glbump.quality import KNOBS, Quality
 from glbump.scene import Material, Scene, Surface
 from glbump.shapes import Sphere, Torus
 
@@ -79,7 +79,7 @@ def scene(environment: Any, shape: Any = None) -> Scene:
     return Scene([Surface(shape or Torus(0.8, 0.35), MIRROR)], environment, Camera(eye=(0.3, 1.6, 2.4), fov=50))
 
 
-@pytest.mark.parametrize("how", FILTERS)
+@pytest.mark.parametrize("how", KNOBS["environment_filter"].values)
 @pytest.mark.parametrize("name", TILED)
 def test_tiles_are_the_reference_at_every_level(renderer: Renderer, name: str, how: str) -> None:
     """Of noise, where a texel's slip or another level shows at once."""
@@ -143,7 +143,7 @@ def test_what_lies_below_is_the_colour_or_the_mirrored_side(renderer: Renderer) 
             assert np.abs(got - want).max() < (1e-4 if quality == "exact" else 4e-3)
 
 
-@pytest.mark.parametrize("layout", [name for name in ENVIRONMENT_LAYOUTS if name != "given"])
+@pytest.mark.parametrize("layout", [name for name in KNOBS["environment_layout"].values if name != "given"])
 def test_a_panorama_may_be_kept_in_any_layout(renderer: Renderer, layout: str) -> None:
     u, v = np.meshgrid((np.arange(256) + 0.5) / 256, (np.arange(128) + 0.5) / 128)
     seen = scene(LatLong(smooth(LAYOUTS["lat-long"].dir(0, u, v))), Sphere())

@@ -32,6 +32,7 @@ DRAWN_LAYOUTS = (LATLONG, CUBE, HEMICUBE, OCTAHEDRAL, EQUAL_AREA, EQUIDISTANT, O
 """Those that shaders read, in the order of their numbers there."""
 COMPUTED = {kind: len(DRAWN_LAYOUTS) + i for i, kind in enumerate((Sky, Chrome, Fractal))}
 WHOLE, MIRRORED_BELOW, COLOURED_BELOW = range(3)
+LEVELS = {"longest": 0, "area": 1}
 LOOKUPS = {"reflection": 0, "normal": 1}
 NONE, ORTHOGONAL, GENERAL = range(3)
 BY_POINT, BY_PIXEL = range(2)

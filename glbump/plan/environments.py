@@ -18,6 +18,7 @@ from glbump.plan.choices import (
     COMPUTED,
     DRAWN_LAYOUTS,
     GLOSSY,
+    LEVELS,
     MIRRORED_BELOW,
     NO_PARALLAX,
     SPHERICAL,
@@ -145,7 +146,8 @@ def _require_room(name: str, layout: Layout, size: tuple[int, int], capabilities
 def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, resampled: int | None) -> dict[str, int]:
     quality = draft.quality
     levels = quality.environment_filter != "bilinear"
-    why = "levels by footprint" if levels else "level 0 alone; the samples average"
+    by = {"longest": "the longer side of", "area": "the area of"}[quality.environment_level]
+    why = f"levels by {by} the sample's footprint" if levels else "level 0 alone; the samples average"
     draft.note(f"{name} filter", quality.environment_filter, why)
     own_grid = (
         resampled is None
@@ -160,6 +162,7 @@ def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, res
         "ENVIRONMENT": DRAWN_LAYOUTS.index(layout),
         "ENVIRONMENT_BORDER": int(own_grid),
         "ENVIRONMENT_FOOTPRINT": int(levels),
+        "ENVIRONMENT_LEVEL": LEVELS[quality.environment_level],
         "ENVIRONMENT_BELOW": below,
         # Levels of tiles in a column are not a texture unit's to mix: their borders differ.
         "ENVIRONMENT_MIX": int(quality.environment_filter == "trilinear" and layout not in (LATLONG, CUBE)),

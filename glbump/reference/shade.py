@@ -113,15 +113,17 @@ def places_of(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offse
     return result
 
 
-def _picture(picture: EnvironmentMap, how: str, below: object) -> Callable[[F64, F64, F64], F64]:
+def _picture(picture: EnvironmentMap, quality: Quality, below: object) -> Callable[[F64, F64, F64], F64]:
     """Light (K, 3) of a picture in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
+    how = quality.environment_filter
+    level_of = {"area": filters.direction_level, "longest": filters.longest_level}[quality.environment_level]
     levels = [picture.pixels] if how == "bilinear" else environment_levels(picture)
     chain = [replace(picture, pixels=pixels) for pixels in levels]
 
     def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
         light = filters.through_levels(
             lambda i, chosen: sample(chain[i], dir_env[chosen]),
-            filters.direction_level(ddx, ddy, picture.texels_per_radian),
+            level_of(ddx, ddy, picture.texels_per_radian),
             len(chain),
             how,
         )
@@ -147,7 +149,7 @@ class _Surroundings:
             self.has_footprint = is_averaged(how, samples)
             self.look_up: Callable[[F64, F64, F64], F64] = partial(radiance, environment)
         else:
-            self.look_up = _picture(contents.environment(environment), how, getattr(environment, "below", None))
+            self.look_up = _picture(contents.environment(environment), quality, getattr(environment, "below", None))
 
     def seen_from(self, p_world: F64, dir_env: F64) -> F64:
         """Unit directions (K, 3), from where the environment was taken, of what is seen from points (K, 3)."""

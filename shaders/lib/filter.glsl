@@ -11,11 +11,20 @@ float isotropic_level(vec2 ddx, vec2 ddy) {
     return 0.5 * log2(max(max(dot(ddx, ddx), dot(ddy, ddy)), exp2(-126.0)));
 }
 
-// Mip level of a direction's footprint, for texels_per_radian texels a radian: chord length for angle, which
-// is right to 1 % below 0.5 rad. The same at a seam, at a pole and anywhere else.
-float direction_level(vec3 ddx, vec3 ddy, float texels_per_radian) {
+// Mip level of a direction's footprint by its longer side, for texels_per_radian texels a radian: chord length for angle,
+// which is right to 1 % below 0.5 rad. The same at a seam, at a pole and anywhere else.
+float longest_level(vec3 ddx, vec3 ddy, float texels_per_radian) {
     float longest = max(dot(ddx, ddx), dot(ddy, ddy));
     return 0.5 * log2(max(longest * texels_per_radian * texels_per_radian, exp2(-126.0)));
+}
+
+// Mip level of a direction's footprint by its solid angle, over that of a texel: curved mirrors have long thin
+// footprints, and the longer side's level blurs across them. The longer side counts as 8 times the shorter at most; along
+// one that is thinner still nothing would be averaged.
+float direction_level(vec3 ddx, vec3 ddy, float texels_per_radian) {
+    float longest = max(dot(ddx, ddx), dot(ddy, ddy));
+    float area = max(length(cross(ddx, ddy)), 0.125 * longest);
+    return 0.5 * log2(max(area * texels_per_radian * texels_per_radian, exp2(-126.0)));
 }
 
 // The share of a footprint that lies above 0, of a height that changes by ddx and ddy across it: a ramp as wide as

@@ -993,6 +993,9 @@ CASES: dict[str, Case] = {
         ulps=3,
         abs=1e-6,
     ),
+    "filter.longest_level": Case(
+        _direction_footprints, "log2 of 3 ULP at up to 126, halved; 1e-6 near 0", ulps=3, abs=1e-6
+    ),
     "filter.direction_level": Case(
         _direction_footprints, "log2 of 3 ULP at up to 126, halved; 1e-6 near 0", ulps=3, abs=1e-6
     ),
