@@ -13,7 +13,7 @@ from glbump.environment import LatLong
 from glbump.errors import GlbumpError, ImageError, LimitError
 from glbump.gl.renderer import Renderer
 from glbump.maps.layout import latlong_dir
-from glbump.quality import BUMP_FORMATS, BUMP_KERNELS, Quality
+from glbump.quality import KNOBS, Quality
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import MeshFile, Plane, Quad, Sphere, Torus
 
@@ -120,7 +120,7 @@ def assert_refused(renderer: Renderer, what: str, shape: Any, quality: Quality) 
     assert "\n" not in str(caught.value), what
 
 
-@pytest.mark.parametrize("kernel", BUMP_KERNELS)
+@pytest.mark.parametrize("kernel", KNOBS["bump_kernel"].values)
 @pytest.mark.parametrize("read", ["baked", "shader", "screen"])
 def test_every_kernel_and_read(renderer: Renderer, kernel: str, read: str) -> None:
     quality = Quality("exact", samples=1, bump_kernel=kernel, bump_read=read)
@@ -131,7 +131,7 @@ def test_every_kernel_and_read(renderer: Renderer, kernel: str, read: str) -> No
         assert_refused(renderer, what, Plane(), quality)
 
 
-@pytest.mark.parametrize("name", BUMP_FORMATS)
+@pytest.mark.parametrize("name", KNOBS["bump_format"].values)
 @pytest.mark.parametrize("preset", ["exact", "balanced"])
 def test_every_format(renderer: Renderer, name: str, preset: str) -> None:
     for terms in ("small", "full"):

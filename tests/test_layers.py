@@ -15,7 +15,7 @@ from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
 from glbump.maps.gradients import IN_SHADERS
 from glbump.maps.layout import latlong_dir
-from glbump.quality import BUMP_KERNELS, Quality
+from glbump.quality import KNOBS, Quality
 from glbump.scene import MOST_BUMPS, Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Plane, Quad, Sphere, Torus, Transform
 
@@ -96,7 +96,7 @@ def test_too_many_or_none_are_refused() -> None:
         Surface(Plane(), bump=[Bump(WAVES, 1), "a.png"])  # type: ignore[list-item]
 
 
-@pytest.mark.parametrize("kernel", BUMP_KERNELS)
+@pytest.mark.parametrize("kernel", KNOBS["bump_kernel"].values)
 @pytest.mark.parametrize("read", ["baked", "shader"])
 def test_kernels_are_the_reference(renderer: Renderer, kernel: str, read: str) -> None:
     quality = Quality("exact", samples=1, bump_kernel=kernel, bump_read=read)

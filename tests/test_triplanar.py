@@ -15,7 +15,7 @@ from glbump.environment import LatLong
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
 from glbump.maps.layout import latlong_dir
-from glbump.quality import BUMP_KERNELS, Quality
+from glbump.quality import KNOBS, Quality
 from glbump.reference.bump import triplanar_shares, volume_gradient
 from glbump.relief import MOST_MIXING
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
@@ -100,7 +100,7 @@ def test_it_is_the_reference_on_every_shape(renderer: Renderer, name: str, tmp_p
         )
 
 
-@pytest.mark.parametrize("kernel", BUMP_KERNELS)
+@pytest.mark.parametrize("kernel", KNOBS["bump_kernel"].values)
 def test_every_kernel_and_read(renderer: Renderer, kernel: str) -> None:
     for read in ("baked", "shader", "screen"):
         quality = Quality("exact", samples=1, bump_kernel=kernel, bump_read=read)
