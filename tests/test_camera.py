@@ -186,7 +186,15 @@ def test_derived_range_clips_no_corner(projection: str) -> None:
 
 def test_sample_offsets() -> None:
     np.testing.assert_array_equal(sample_offsets(1), [[0.5, 0.5]])
-    np.testing.assert_array_equal(sample_offsets(4), [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]])
+    # Four: one in each quarter, and in each of four rows and columns.
+    assert {tuple(cell) for cell in np.floor(2 * sample_offsets(4)).astype(int).tolist()} == {
+        (0, 0),
+        (0, 1),
+        (1, 0),
+        (1, 1),
+    }
+    for axis in (0, 1):
+        np.testing.assert_array_equal(np.sort(sample_offsets(4)[:, axis]), [0.125, 0.375, 0.625, 0.875])
     for k in (3, 4, 7):
         offsets = sample_offsets(k * k)
         np.testing.assert_allclose(offsets.mean(axis=0), 0.5, atol=1e-15)

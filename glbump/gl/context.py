@@ -67,6 +67,12 @@ class Context:
         }
 
     @cached_property
+    def multisamples(self) -> int:
+        """Most samples a pixel that one pass draws and shades one by one; 0 where the driver cannot shade so."""
+        can = self.gl.version_code >= 400 or "GL_ARB_sample_shading" in self.gl.extensions
+        return int(self.gl.max_samples) if can else 0
+
+    @cached_property
     def is_software(self) -> bool:
         """Whether the CPU does the drawing (llvmpipe and its kin)."""
         return any(name in str(self.info["renderer"]).lower() for name in SOFTWARE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import time
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -30,6 +31,7 @@ from glbump.scene import MOST_BUMPS, Scene, check_size
 _MESH_ATTRIBUTES = {"position": "positions", "normal": "normals"}
 _BUMP_ATTRIBUTES = {"texcoord": "uv", "tangent_u": "dpdu", "tangent_v": "dpdv"}
 _FULL_ATTRIBUTES = {"normal_u": "dndu", "normal_v": "dndv"}
+_SAMPLE_SHADING = 0x8C36
 # Texture units.
 _ENVIRONMENT, _GLOSS, _FRAME, _BUMP_0 = range(4)
 _SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS} | {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
@@ -82,8 +84,11 @@ class Renderer:
         self._targets: dict[str, tuple[Hashable, Targets]] = {}
         self._last: Prepared | None = None
         self._flush = self.context.native.entry("glFlush")
+        self._shade_each = self.context.native.entry("glMinSampleShading", ctypes.c_float)
         info = self.context.info
-        self.capabilities = Capabilities(info["max_texture_size"], info["max_cube_size"], self.context.is_software)
+        self.capabilities = Capabilities(
+            info["max_texture_size"], info["max_cube_size"], self.context.is_software, self.context.multisamples
+        )
 
     def __enter__(self) -> Renderer:
         return self
@@ -226,10 +231,12 @@ class Renderer:
 
     def _draw(self, ready: Prepared, targets: Targets) -> moderngl.Framebuffer:
         """All samples of the frame; the framebuffer that holds the result."""
-        samples = ready.plan.samples
-        for number in range(samples):
+        plan, samples = ready.plan, ready.plan.samples
+        for number in range(plan.passes):
             self._draw_sample(ready, ready.view.sample(number), targets)
-            if targets.sum is not None:
+            if targets.sum is not None and plan.is_multisampled:
+                self.context.gl.copy_framebuffer(targets.sum, targets.one)
+            elif targets.sum is not None:
                 self._fullscreen("accumulate.frag", targets.one, targets.sum, 1.0 / samples, add=number > 0)
         if targets.straight is not None and targets.sum is not None:
             self._fullscreen("straight.frag", targets.sum, targets.straight)
@@ -239,6 +246,9 @@ class Renderer:
     def _draw_sample(self, ready: Prepared, sample: Sample, targets: Targets) -> None:
         gl = self.context.gl
         targets.begin_sample()
+        if ready.plan.is_multisampled:
+            gl.enable_direct(_SAMPLE_SHADING)
+            self._shade_each(1.0)
         gl.enable_only(moderngl.DEPTH_TEST)
         gl.depth_func = "<="
         for i, draw in enumerate(ready.draws):
@@ -254,12 +264,16 @@ class Renderer:
             draw.vertices.render()
         gl.front_face = "ccw"
         if ready.sky is not None:
+            if not ready.plan.sky_each:
+                gl.disable_direct(_SAMPLE_SHADING)
             gl.disable(moderngl.CULL_FACE)
             for texture, unit in ready.sky.textures:
                 texture.use(unit)
             ready.sky.uniforms.write(ready.sky.values)
             ready.sky.uniforms.write(sample.sky)
             ready.sky.vertices.render(vertices=3)
+        if ready.plan.is_multisampled:
+            gl.disable_direct(_SAMPLE_SHADING)
 
     def _fullscreen(
         self,

@@ -18,7 +18,8 @@ DTYPES = {"half": "f2", "float": "f4"}
 
 
 class Targets:
-    """Framebuffers for one size and format. `sum` and `straight` are there only where the plan needs them."""
+    """Framebuffers for one size and format: `one` is drawn in, and has all samples at once where the plan has them so;
+    `sum` and `straight` are there only where the plan needs them."""
 
     def __init__(self, context: Context, plan: Plan) -> None:
         limit = min(context.info["max_texture_size"], context.info["max_renderbuffer_size"])
@@ -32,7 +33,7 @@ class Targets:
         self.dtype = DTYPES[plan.frame_format]
         self._frames: list[moderngl.Framebuffer] = []
         try:
-            self.one = self._framebuffer(plan.size, depth=True)
+            self.one = self._multisampled(plan) if plan.is_multisampled else self._framebuffer(plan.size, depth=True)
             self.sum = self._framebuffer(plan.size) if plan.samples > 1 else None
             self.straight = self._framebuffer(plan.size) if self.sum is not None and not plan.sky else None
         except LimitError:
@@ -51,17 +52,26 @@ class Targets:
     @staticmethod
     def key(plan: Plan) -> tuple[object, ...]:
         """Plans with the same key can share targets."""
-        return plan.size, plan.frame_format, plan.samples > 1, plan.sky
+        return plan.size, plan.frame_format, plan.samples > 1, plan.is_multisampled, plan.sky
 
     def _framebuffer(self, size: tuple[int, int], depth: bool = False) -> moderngl.Framebuffer:
         texture = self._gl.texture(size, 4, dtype=self.dtype)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        behind = self._gl.depth_renderbuffer(size) if depth else None
+        return self._framebuffer_of(texture, self._gl.depth_renderbuffer(size) if depth else None)
+
+    def _multisampled(self, plan: Plan) -> moderngl.Framebuffer:
+        colour = self._gl.renderbuffer(plan.size, 4, samples=plan.samples, dtype=self.dtype)
+        return self._framebuffer_of(colour, self._gl.depth_renderbuffer(plan.size, samples=plan.samples))
+
+    def _framebuffer_of(
+        self, colour: moderngl.Texture | moderngl.Renderbuffer, behind: moderngl.Renderbuffer | None
+    ) -> moderngl.Framebuffer:
+        size = colour.size
         try:
-            frame = self._gl.framebuffer([texture], behind)
+            frame = self._gl.framebuffer([colour], behind)
         except moderngl.Error:
             # Where memory ran out, textures are made all the same, with an error set and nothing in them.
-            for part in (texture, behind):
+            for part in (colour, behind):
                 if part is not None:
                     part.release()
             said = self._gl.error

@@ -92,6 +92,8 @@ class View:
         self._scene, self._plan = scene, plan
         self.environments = [environment_uniforms(e, plan.samples, contents) for e in plan.environments]
         self.sky = room_uniforms(scene.environment, np.eye(3), np.asarray(scene.camera.eye)) | self.environments[0]
+        if not plan.sky_each:
+            self.sky = self.sky | {"footprint": 1.0}
         self.surfaces = [surface_uniforms(scene, plan, i, contents) for i in range(len(scene.surfaces))]
         self.mirrored = [surface.transform.mirrors for surface in scene.surfaces]
         self._view = view_matrix(scene.camera)
@@ -105,7 +107,7 @@ class View:
     def sample(self, number: int) -> Sample:
         """Of one sample, 0, 1 and so on; made when it is asked for, and kept."""
         while len(self._samples) <= number:
-            self._samples.append(self._at(*sample_offsets(self._plan.samples)[len(self._samples)].tolist()))
+            self._samples.append(self._at(*sample_offsets(self._plan.passes)[len(self._samples)].tolist()))
         return self._samples[number]
 
     def _at(self, x: float, y: float) -> Sample:

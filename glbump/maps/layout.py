@@ -84,6 +84,17 @@ class Layout:
         """Tiles, rows and columns, with tiles `size` texels high; hemicubes `size` wide."""
         return (self.tiles, size // 2, size) if self.name == "hemicube" else (self.tiles, size, self.aspect * size)
 
+    def texels_per_radian(self, size: tuple[int, int]) -> float:
+        """Of tiles of `size` (width, height): at the middle of a face or of a lat-long picture; on other layouts the
+        root of texels per steradian."""
+        width, height = size
+        if self is LATLONG:
+            return height / np.pi
+        if self in (CUBE, HEMICUBE):
+            return width / 2
+        texels = self.tiles * width * height * (np.pi / 4 if self.disc else 1.0)
+        return math.sqrt(texels / (4 * np.pi if self.whole else 2 * np.pi))
+
 
 LATLONG = Layout("lat-long", 1, 2, _latlong_place, _latlong_dir)
 CUBE = Layout("cube", 6, 1, face_of, _cube_dir, span=90)
@@ -146,14 +157,8 @@ class EnvironmentMap:
 
     @property
     def texels_per_radian(self) -> float:
-        """At the middle of a face or of a lat-long picture; on other layouts the root of texels per steradian."""
-        width, height = self.size
-        if self.layout is LATLONG:
-            return height / np.pi
-        if self.layout in (CUBE, HEMICUBE):
-            return width / 2
-        texels = self.layout.tiles * width * height * (np.pi / 4 if self.layout.disc else 1.0)
-        return math.sqrt(texels / (4 * np.pi if self.layout.whole else 2 * np.pi))
+        """As `Layout.texels_per_radian`, of these texels."""
+        return self.layout.texels_per_radian(self.size)
 
     def texel_dirs(self) -> F64:
         """(tiles, H, W, 3) float64 unit directions of the texel centres."""

@@ -17,7 +17,7 @@ from glbump.plan.choices import (
     Plan,
     SurfacePlan,
 )
-from glbump.plan.environments import brightest, environment_plan, parallax
+from glbump.plan.environments import brightest, environment_plan, parallax, sky_needs_each
 from glbump.plan.surfaces import apart, require_drawable, require_uv, surface_plan, world_bounds
 from glbump.quality import Quality
 from glbump.scene import Scene
@@ -26,6 +26,9 @@ __all__ = ["Capabilities", "Choice", "EnvironmentPlan", "Plan", "SurfacePlan", "
 
 HALF_SUM = 4
 """Most samples that are added up in halves: each addition costs up to 2**-11, and 4096 lose half of the light."""
+MOST_MULTISAMPLED = 1 << 30
+"""Most bytes of a multisampled frame; larger ones take a pass for each sample."""
+_BYTES = {"half": 8, "float": 16}
 FAR_OVER_NEAR = 1e3
 """Largest far / near for which depth is kept as OpenGL has it: far off, its 24 bits tell two surfaces apart by
 far / near * 2**-24 of their distance. A logarithm tells them apart by log(far / near) * 2**-23 at any distance."""
@@ -43,8 +46,8 @@ def make_plan(
     draft = Draft(scene, quality, size, contents, capabilities or Capabilities())
     note = draft.note
     require_outside(scene)
-    note("samples", quality.samples, f"{quality.samples} a pixel, as quality {quality.preset} has it")
     frame_format = _frame_format(draft)
+    multisampled = _is_multisampled(draft, frame_format)
     environments = tuple(environment_plan(draft, i, e) for i, e in enumerate(scene.environments))
     for i, surface in enumerate(scene.surfaces):
         require_uv(i, surface, contents)
@@ -60,26 +63,40 @@ def make_plan(
     )
     for i, how in enumerate(surfaces):
         require_drawable(i, scene, how.layers, contents, draft.capabilities.max_texture_size)
-    sky_parallax = NO_PARALLAX
+    sky_parallax, sky_each = NO_PARALLAX, True
     if scene.environment.background:
         if scene.camera.projection == "perspective":
             sky_parallax = parallax(draft, "sky", scene.environment, np.array([scene.camera.eye] * 2))
         note("sky", "drawn", "the environment is shown behind the surfaces")
+        sky_each = not multisampled or sky_needs_each(draft, environments[0], sky_parallax)
     else:
         note("sky", "none", "the scene switches the background off")
     return Plan(
         size=size,
         samples=quality.samples,
+        is_multisampled=multisampled,
         environments=environments,
         bump_filter=quality.bump_filter,
         frame_format=frame_format,
         sky=scene.environment.background,
+        sky_each=sky_each,
         sky_parallax=sky_parallax,
         near_far=(near, far),
         log_depth=log_depth,
         surfaces=surfaces,
         choices=tuple(draft.choices),
     )
+
+
+def _is_multisampled(draft: Draft, frame_format: str) -> bool:
+    """Whether one pass has all samples of each pixel."""
+    samples, (width, height) = draft.quality.samples, draft.size
+    why = f"{samples} a pixel, as quality {draft.quality.preset} has it"
+    size = width * height * samples * (_BYTES[frame_format] + 4)
+    # Where drivers put more than four is theirs to choose.
+    one = samples == 4 <= draft.capabilities.multisamples and size <= MOST_MULTISAMPLED
+    draft.note("samples", samples, why + ("" if samples == 1 else ", in one pass" if one else ", a pass for each"))
+    return one
 
 
 def _frame_format(draft: Draft) -> str:

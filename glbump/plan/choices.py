@@ -42,11 +42,13 @@ NO_PARALLAX, BOX, SPHERICAL = range(3)
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What the driver can do, as far as a plan depends on it."""
+    """What the driver can do, as far as a plan depends on it. multisamples: most samples a pixel that one pass draws,
+    and shades one by one; 0 where a driver cannot."""
 
     max_texture_size: int = 16384
     max_cube_size: int = 16384
     is_software: bool = False
+    multisamples: int = 0
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,8 @@ class EnvironmentPlan:
     """How one environment is kept and looked up. defines: of its look-up.
 
     layout: of its texels on the GPU, None where it is computed; size: of its tiles, where they are not the picture's.
-    filter, texture_format: as in Quality. gloss: size and samples of the roughness chain, where a surface needs it;
-    irradiance: whether one needs that.
+    filter, texture_format: as in Quality; pre_exposure: texels are light / 2**pre_exposure. gloss: size and samples of
+    the roughness chain, where a surface needs it; irradiance: whether one needs that.
     """
 
     environment: Environment
@@ -73,6 +75,7 @@ class EnvironmentPlan:
     size: int | None
     filter: str
     texture_format: str
+    pre_exposure: int = 0
     gloss: tuple[int, int] | None = None
     irradiance: bool = False
 
@@ -97,20 +100,28 @@ class SurfacePlan:
 class Plan:
     """What a frame is made of; everything that is not here is neither compiled, uploaded nor computed.
 
-    environments: the scene's own first, then those that surfaces have beside it.
+    environments: the scene's own first, then those that surfaces have beside it. is_multisampled: whether
+    one pass has all samples. sky_each: whether the sky is looked up for each of them.
     """
 
     size: tuple[int, int]
     samples: int
+    is_multisampled: bool
     environments: tuple[EnvironmentPlan, ...]
     bump_filter: str
     frame_format: str
     sky: bool
+    sky_each: bool
     sky_parallax: int
     near_far: tuple[float, float]
     log_depth: bool
     surfaces: tuple[SurfacePlan, ...]
     choices: tuple[Choice, ...]
+
+    @property
+    def passes(self) -> int:
+        """How often the scene is drawn."""
+        return 1 if self.is_multisampled else self.samples
 
     def explain(self) -> str:
         """Each choice and its reason, one a line."""

@@ -33,6 +33,9 @@ from glbump.scene import Scene
 
 F64 = npt.NDArray[np.float64]
 
+LARGEST_MAGNIFIED = 0.5
+"""In texels of the sky, a pixel that one sample in its middle stands for."""
+
 LARGEST_RESAMPLED = 2048
 """Most texels along 90 degrees that a picture is resampled to."""
 
@@ -184,6 +187,24 @@ def parallax(draft: Draft, name: str, environment: Environment, box: F64) -> int
     why = f"without it, directions would be off by up to {error:.2g} degrees"
     draft.note(f"{name} parallax", "box" if kind == BOX else "sphere", why)
     return kind
+
+
+def sky_needs_each(draft: Draft, environment: EnvironmentPlan, parallax: int) -> bool:
+    """Whether each of a pixel's samples must look the sky up: not where pixels are much smaller than its texels."""
+    if environment.layout is None or parallax != NO_PARALLAX:
+        return True
+    of = environment.environment
+    assert isinstance(of, Pictured)
+    if environment.size is None:
+        texels = draft.contents.environment(of).texels_per_radian
+    else:
+        _, height, width = environment.layout.shape(environment.size)
+        texels = environment.layout.texels_per_radian((width, height))
+    pixel = _pixel_angle(draft.scene, draft.size) * texels
+    if pixel > LARGEST_MAGNIFIED or draft.scene.camera.projection == "orthographic":
+        return True
+    draft.note("sky samples", "one a pixel", f"a pixel is {pixel:.2g} of a texel of it")
+    return False
 
 
 def _computed(draft: Draft, name: str, environment: Procedural) -> dict[str, int]:
