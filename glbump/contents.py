@@ -153,7 +153,7 @@ class Contents:
 
     def irradiance(self, environment: Environment) -> npt.NDArray[np.float64]:
         """(9, 3) coefficients for sh9_irradiance, before exposure."""
-        from glbump.maps.prefilter import sh9
+        from glbump.maps.diffuse import sh9
 
         result: npt.NDArray[np.float64] = self._get(
             ("sh9", environment_key(environment)), lambda: sh9(self.environment(environment))

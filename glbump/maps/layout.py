@@ -252,6 +252,13 @@ def padded(layout: Layout, pixels: F32, scale: Pair = (1.0, 1.0), offset: Pair =
     return result
 
 
+def row_edges(source: EnvironmentMap) -> F64:
+    """Colatitudes between the rows of a lat-long picture, and of its first and last: (H + 1,), radians."""
+    height = source.size[1]
+    v = (np.arange(height + 1) / height - source.offset[1]) / source.scale[1]
+    return np.clip(v, 0, 1) * np.pi
+
+
 def sample(environment: EnvironmentMap, dir: npt.ArrayLike) -> F64:
     """Radiance (..., 3) float64 in directions (..., 3): bilinear, level 0, and across the edges of tiles.
 

@@ -86,7 +86,7 @@ vec3 cube_border_dir(vec3 dir_env, float inset) {
                 a.x != largest && a.y != largest ? d.z : shrunk.z);
 }
 
-// Irradiance / pi towards n_env from the nine coefficients of maps/prefilter.py sh9 (Ramamoorthi and Hanrahan
+// Irradiance / pi towards n_env from the nine coefficients of maps/diffuse.py sh9 (Ramamoorthi and Hanrahan
 // 2001, equation 13): a constant environment gives itself. Never negative: a sun's lobe undershoots.
 vec3 sh9_irradiance(vec3 n_env, vec3 sh[9]) {
     vec3 n = n_env;
