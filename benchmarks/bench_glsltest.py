@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.figures import Section, Table, Target
-from benchmarks.timing import Times, in_turns, ratios, spread
 from glbump.gl.context import Context, open_context
 from glbump.gl.source import find_shaders
 from glbump.glsltest import Glsl
+from glbump.trade.timing import Times, in_turns, ratios, spread
 
 RATIO = 1.5
 BARE = """#version 430

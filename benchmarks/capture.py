@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from benchmarks.figures import Cell, Section, Table, Target
 from benchmarks.scenes import CHROME, DATA, bumped_ball, evening, mirror_ball, two_surfaces
-from benchmarks.timing import in_turns, ratios, spread
 from glbump.captures import cameras, seen_by
 from glbump.environment import Captured, LatLong
 from glbump.gl.renderer import Renderer
 from glbump.scene import Scene, Surface
 from glbump.shapes import Sphere, Transform, Vec3
+from glbump.trade.timing import in_turns, ratios, spread
 
 RATIO = 1.2
 """Most that a capture may cost, in plain pictures of its faces' size."""

@@ -16,10 +16,10 @@ import numpy.typing as npt
 from benchmarks.converters import CONVERTERS, there
 from benchmarks.figures import Cell, Section, Table, Target
 from benchmarks.scenes import DATA
-from benchmarks.timing import Call, Times, in_turns, ratios, spread
 from glbump.maps.continuity import changed
 from glbump.maps.convert import convert
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, sample, texel_dirs
+from glbump.trade.timing import Call, Times, in_turns, ratios, spread
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]

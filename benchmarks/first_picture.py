@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -11,12 +12,12 @@ from pathlib import Path
 
 from benchmarks.figures import Cell, Section, Table, Target
 from benchmarks.scenes import DATA, evening, mirror_ball
-from benchmarks.timing import Call, children_cpu, in_turns, ratios, spread
 from glbump.environment import LatLong
 from glbump.image import ArrayImage
 from glbump.maps.images import write_picture
 from glbump.quality import Quality
 from glbump.scenefile import save_scene
+from glbump.trade.timing import Call, in_turns, ratios, spread
 
 LIMIT = 1.5
 BARE = Path(__file__).with_name("bare_picture.py")
@@ -49,6 +50,12 @@ def commands(folder: Path, size: int) -> dict[str, list[str]]:
         made |= {f"bare, {quality}": bare, quality: [*glbump(), "render", str(scene), *ours]}
     made["Python, NumPy and moderngl"] = [sys.executable, "-c", "import numpy, moderngl"]
     return made
+
+
+def children_cpu() -> float:
+    """CPU seconds of all processes that this one has waited for."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def run(line: list[str], folder: Path) -> None:

@@ -12,11 +12,11 @@ from pyrr import matrix44
 from benchmarks.figures import Cell, Section, Table, Target
 from benchmarks.recording import listening
 from benchmarks.scenes import DATA, bumped_ball, evening, mirror_ball
-from benchmarks.timing import Times, differences, in_turns, ratios, spread
 from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.gl.renderer import Renderer
 from glbump.scene import Scene
+from glbump.trade.timing import Times, differences, in_turns, ratios, spread
 
 RATIO, MILLISECONDS = 1.03, 0.3
 """A frame may cost this many times its draw, or this much more, whichever is more."""

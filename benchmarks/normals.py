@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table, Target
-from benchmarks.timing import Call, in_turns, ratios
 from glbump.maps.normals import Ways, write_normals
 from glbump.maps.patterns import fbm
 from glbump.maps.rows import open_heights
+from glbump.trade.timing import Call, in_turns, ratios
 
 AMPLITUDE = 0.05  # of the tile's width: tilts of 13 degrees on average
 MIB = 2**20

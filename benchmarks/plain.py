@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table, Target
 from benchmarks.scenes import DATA, bricks, bumped_ball, evening, mirror_ball
-from benchmarks.timing import in_turns, ratios, spread
 from glbump.camera import projection_matrix, view_matrix
 from glbump.demo.relief import normals
 from glbump.environment import LatLong
 from glbump.gl.renderer import Renderer
 from glbump.maps.layout import LATLONG, EnvironmentMap
 from glbump.scene import Scene
+from glbump.trade.timing import in_turns, ratios, spread
 
 LIMITS = {"mirror ball": 0.7, "bumped chrome": 0.85}
 

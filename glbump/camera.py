@@ -164,17 +164,22 @@ def sample_offsets(samples: int) -> Floats:
 
 
 def pixel_rays(
-    camera: Camera, size: tuple[int, int], offset: tuple[float, float] | Floats = (0.5, 0.5)
+    camera: Camera,
+    size: tuple[int, int],
+    offset: tuple[float, float] | Floats = (0.5, 0.5),
+    count: tuple[int, int] | None = None,
 ) -> tuple[Floats, Floats]:
     """Origins and unit directions (H, W, 3) in the world of one ray a pixel, row 0 on top.
 
-    size: (width, height). offset: where in the pixel, as in `sample_offsets`; its centre unless given.
+    size: (width, height) of the picture. offset: where in the pixel, as in `sample_offsets`; its centre unless given.
+    count: how many rays (W, H) from there on; one a pixel of the picture unless given.
     A perspective camera's rays start at its eye, an orthographic camera's in the plane through its eye.
     """
     right, up, back = _axes(camera)
     half_x, half_y = _half_extent(camera, size)
-    x = (2 * (np.arange(size[0]) + offset[0]) / size[0] - 1) * half_x
-    y = (1 - 2 * (np.arange(size[1]) + offset[1]) / size[1]) * half_y
+    columns, rows = count or size
+    x = (2 * (np.arange(columns) + offset[0]) / size[0] - 1) * half_x
+    y = (1 - 2 * (np.arange(rows) + offset[1]) / size[1]) * half_y
     across = y[:, None, None] * up + x[:, None] * right
     if camera.projection == "orthographic":
         return camera.eye + across, np.broadcast_to(-back, across.shape)

@@ -23,13 +23,13 @@ from benchmarks import (
     plain,
     scenes,
     soak,
-    timing,
 )
 from benchmarks.figures import Section, Table, Target, markdown, write
 from benchmarks.noted import deviation, largest
 from benchmarks.recording import listening
 from glbump.gl.native import Native
 from glbump.meshfile import load_mesh
+from glbump.trade import timing
 from glbump.trade.metrics import compare
 
 # Figures

@@ -18,7 +18,7 @@ SIZE = (40, 24)
 def grids(mesh: Mesh, camera: Camera) -> tuple[Grid, Grid]:
     """Where the vertices are; and where nothing is known of them, so that every pair is tried."""
     shape = MeshData(mesh.positions, mesh.triangles)
-    places = places_of(Scene([Surface(shape)], camera=camera), 0, mesh, SIZE, np.full(2, 0.5), 0)
+    places = places_of(Scene([Surface(shape)], camera=camera), 0, mesh, SIZE, np.full(2, 0.5))
     return Grid(places, *SIZE), Grid(np.zeros_like(places), *SIZE)
 
 

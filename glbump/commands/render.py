@@ -86,7 +86,9 @@ def render(
         )
     frame.save(output, tone=tone, exposure=exposure)
     if as_json:
-        print_json({"path": output, "size": frame.size, "stats": frame.stats})
+        # What the reference says of each pixel is not for people to read.
+        stats = {k: v for k, v in frame.stats.items() if not hasattr(v, "shape")}
+        print_json({"path": output, "size": frame.size, "stats": stats})
     else:
         session.say(f"{output}  {frame.size[0]}x{frame.size[1]}")
     for note in frame.stats.get("notes", ()):

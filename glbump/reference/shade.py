@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,6 +21,7 @@ from glbump.errors import SceneError
 from glbump.frame import Frame
 from glbump.maps import cube
 from glbump.maps.layout import EnvironmentMap, environment_levels, sample
+from glbump.maps.light_formats import Fit
 from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
 from glbump.reference import filter as filters
@@ -53,15 +55,21 @@ def render(
     *,
     quality: str | Quality = "exact",
     contents: Contents | None = None,
+    region: tuple[int, int, int, int] | None = None,
 ) -> Frame:
     """The picture that `glbump.render` at "exact" converges to: float64, ray-cast, no OpenGL.
 
     samples: a pixel, a square number, on a regular grid; their mean is the pixel (linear light, box filter).
     quality: its filters say how maps are read, "exact" bilinearly at level 0, and its gloss_size and gloss_samples
-    which roughness chain, its bump_format what is read back of bumps; what surfaces capture is drawn with its samples.
-    Other storage (half floats, resampled cubes) is not modelled. contents: maps already read. Errors as glbump.render.
+    which roughness chain, its bump_format and texture_format what is read back of bumps and of environments; what
+    surfaces capture is drawn with its samples. Other storage (frames, resampled cubes) is not modelled. contents: maps
+    already read. region: the part of the picture to make, (left, top, width, height); its corners lie between the
+    picture's quads of 2x2 pixels.
+    Errors as glbump.render.
     Returns a Frame of float32 pixels; its stats["surface"] (H, W) says what all samples of a pixel see: PIECES times
-    the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these.
+    the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these; its stats["halves"]
+    (2, H, W, 4) are the pictures of every other sample, as on a chessboard, and of the rest: half of their difference
+    is about what the picture lacks for want of samples. Of one sample there are none.
     """
     started = time.perf_counter()
     width, height = check_size(size)
@@ -74,51 +82,78 @@ def render(
     for environment in scene.environments:
         contents.brightest(environment)
     shader = _Shader(scene, quality, contents, samples)
-    total = np.zeros((height, width, 4))
-    seen = np.full((height, width), UNSEEN)
+    left, top, across, down = _checked_region(region, (width, height))
+    halves = np.zeros((2, down, across, 4))
+    counts = [0, 0]
+    seen = np.full((down, across), UNSEEN)
     # Bands end where quads of 2x2 pixels, counted from the lowest row, end.
-    rows = max(2, _RAYS // width // 2 * 2)
-    edges = [0, *range(height % 2 + rows, height, rows), height]
-    for offset in sample_offsets(samples):
-        origins, dirs = pixel_rays(scene.camera, (width, height), offset)
-        for top, bottom in pairwise(edges):
-            band = slice(top, bottom)
-            places = [places_of(scene, i, mesh, (width, height), offset, top) for i, mesh in enumerate(shader.meshes)]
-            light, index = shader.shade(origins[band], dirs[band], places)
-            total[band] += light
+    rows = max(2, _RAYS // across // 2 * 2)
+    edges = [0, *range(down % 2 + rows, down, rows), down]
+    for number, offset in enumerate(sample_offsets(samples)):
+        half = sum(divmod(number, math.isqrt(samples))) % 2
+        counts[half] += 1
+        for first, last in pairwise(edges):
+            band, corner = slice(first, last), offset + (left, top + first)
+            origins, dirs = pixel_rays(scene.camera, (width, height), corner, (across, last - first))
+            places = [places_of(scene, i, mesh, (width, height), corner) for i, mesh in enumerate(shader.meshes)]
+            light, index = shader.shade(origins, dirs, places)
+            halves[half, band] += light
             seen[band] = np.where((seen[band] == UNSEEN) | (seen[band] == index), index, SEVERAL)
-    total /= samples
-    alpha = total[..., 3:]
-    total[..., :3] = np.divide(total[..., :3], alpha, out=np.zeros_like(total[..., :3]), where=alpha > 0)
+    pixels = _straight(halves.sum(axis=0) / samples)
     stats = {
         "backend": "reference",
         "renderer": "NumPy float64",
         "samples": samples,
         "notes": contents.notes(scene),
         "surface": seen,
+        "halves": _straight(halves / np.reshape(counts, (2, 1, 1, 1)) if samples > 1 else halves[:0]),
         "ms": {"all": 1e3 * (time.perf_counter() - started)},
     }
-    return Frame(total.astype(np.float32), stats)
+    return Frame(pixels, stats)
 
 
-def places_of(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offset: F64, top: int) -> F64:
-    """(V, 3): a mesh's vertices on the grid of rays that begins at row `top`, as Grid has them."""
+def _checked_region(region: tuple[int, int, int, int] | None, size: tuple[int, int]) -> tuple[int, int, int, int]:
+    if region is None:
+        return (0, 0, *size)
+    left, top, width, height = region
+    inside = min(left, top) >= 0 and min(width, height) > 0 and left + width <= size[0] and top + height <= size[1]
+    below = size[1] - top - height
+    # A column or a row that ends the picture is half a quad.
+    between = left % 2 == 0 and (width % 2 == 0 or left + width == size[0]) and below % 2 == 0
+    if inside and between and (height % 2 == 0 or top == 0):
+        return region
+    raise SceneError(
+        f"region must be (left, top, width, height) within {size[0]}x{size[1]}, whole quads of 2x2 pixels counted from "
+        f"the lower left corner; got {tuple(region)}"
+    )
+
+
+def _straight(light: F64) -> F32:
+    """Colour of alpha times colour (..., 4), 0 where there is none; alpha as it is."""
+    alpha = light[..., 3:]
+    colour = np.divide(light[..., :3], alpha, out=np.zeros_like(light[..., :3]), where=alpha > 0)
+    return np.concatenate([colour, alpha], axis=-1).astype(np.float32)
+
+
+def places_of(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offset: F64) -> F64:
+    """(V, 3): a mesh's vertices on a grid of rays whose first goes through `offset` (x, y) of the picture, as Grid has
+    them."""
     camera: Camera = scene.camera
     projection = projection_matrix(camera, size, *near_far(camera, np.zeros((0, 2, 3))))
     to_clip = projection @ view_matrix(camera) @ scene.surfaces[index].transform.matrix()
     clip = mesh.positions @ to_clip[:, :3].T + to_clip[:, 3]
     w = clip[:, 3:]
-    pixels = 0.5 * (clip[:, :2] * (1, -1) + w) * size - w * (offset + (0, top))
+    pixels = 0.5 * (clip[:, :2] * (1, -1) + w) * size - w * offset
     result: F64 = np.concatenate([pixels, w], axis=1)
     return result
 
 
-def _picture(picture: EnvironmentMap, quality: Quality, below: object) -> Callable[[F64, F64, F64], F64]:
-    """Light (K, 3) of a picture in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
+def _picture(picture: EnvironmentMap, stored: Fit, quality: Quality, below: object) -> Callable[[F64, F64, F64], F64]:
+    """Light (K, 3) of a picture, stored so, in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
     how = quality.environment_filter
     level_of = {"area": filters.direction_level, "longest": filters.longest_level}[quality.environment_level]
     levels = [picture.pixels] if how == "bilinear" else environment_levels(picture)
-    chain = [replace(picture, pixels=pixels) for pixels in levels]
+    chain = [replace(picture, pixels=stored.as_read(pixels)) for pixels in levels]
 
     def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
         light = filters.through_levels(
@@ -142,6 +177,7 @@ class _Surroundings:
         self.environment = environment
         self.footprint = samples**-0.5
         self.exposure = 2.0**environment.exposure
+        self.stored = contents.light_format(environment, quality.texture_format)
         self.env_from_world = environment.env_from_world()
         how = quality.environment_filter
         self.has_footprint = how != "bilinear"
@@ -149,7 +185,8 @@ class _Surroundings:
             self.has_footprint = is_averaged(how, samples)
             self.look_up: Callable[[F64, F64, F64], F64] = partial(radiance, environment)
         else:
-            self.look_up = _picture(contents.environment(environment), quality, getattr(environment, "below", None))
+            below = getattr(environment, "below", None)
+            self.look_up = _picture(contents.environment(environment), self.stored, quality, below)
 
     def seen_from(self, p_world: F64, dir_env: F64) -> F64:
         """Unit directions (K, 3), from where the environment was taken, of what is seen from points (K, 3)."""
@@ -264,7 +301,8 @@ class _Shader:
             dirs = around.seen_from(p_world, dirs)
             if roughness == 0:
                 return around.light(dirs, at)
-            chain = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
+            levels = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
+            chain = [around.stored.as_read(level) for level in levels]
             return around.exposure * cube.sample_levels(chain, dirs, roughness * (len(chain) - 1))
 
         specular = share((1 - metallic) * dielectric + metallic * color)

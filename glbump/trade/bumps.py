@@ -116,7 +116,7 @@ def _with_surface(scene: Scene, index: int, surface: Surface) -> Scene:
 def _seen(scene: Scene, index: int, surface: Surface, size: tuple[int, int], contents: Contents) -> Hits:
     """Where the rays through pixels' centres meet a surface, were it alone; in its object space."""
     mesh = contents.mesh(surface.shape)
-    places = places_of(_with_surface(scene, index, surface), index, mesh, size, np.full(2, 0.5), 0)
+    places = places_of(_with_surface(scene, index, surface), index, mesh, size, np.full(2, 0.5))
     inverse = np.linalg.inv(surface.transform.matrix())
     origins, dirs = (a.reshape(-1, 3) for a in pixel_rays(scene.camera, size))
     from_object = origins @ inverse[:3, :3].T + inverse[:3, 3]

@@ -7,7 +7,6 @@ turns, differs much less. CPU time counts every thread, so it hardly notices wha
 from __future__ import annotations
 
 import random
-import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -56,12 +55,6 @@ def differences(times: Sequence[float], base: Sequence[float]) -> Spread:
 def own_cpu() -> float:
     """CPU seconds of this process, all threads."""
     return time.process_time()
-
-
-def children_cpu() -> float:
-    """CPU seconds of all processes that this one has waited for."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 def in_turns(
