@@ -63,7 +63,7 @@ def told(said: str) -> tuple[float | None, float]:
 
 
 @pytest.mark.parametrize("what", BUMPS)
-@pytest.mark.parametrize("name", quality_module.BUMP_FORMATS)
+@pytest.mark.parametrize("name", quality_module.KNOBS["bump_format"].values)
 def test_it_costs_what_the_plan_says(renderer: Renderer, name: str, what: str) -> None:
     """Against the reference at floats: at texels of a plane, and on a sphere between them."""
     flat = Scene([Surface(Plane(), MIRROR, BUMPS[what])], NORMAL, ON_TEXELS)
@@ -87,10 +87,10 @@ def test_it_costs_what_the_plan_says(renderer: Renderer, name: str, what: str) -
 
 
 def test_names_are_those_of_the_quality() -> None:
-    assert tuple(BUMP_FORMATS) == quality_module.BUMP_FORMATS
+    assert tuple(BUMP_FORMATS) == quality_module.KNOBS["bump_format"].values
 
 
-@pytest.mark.parametrize("name", quality_module.BUMP_FORMATS)
+@pytest.mark.parametrize("name", quality_module.KNOBS["bump_format"].values)
 def test_flat_is_exactly_flat(renderer: Renderer, name: str) -> None:
     level = np.full((8, 8, 3), (0.0, 0.0, 1.0)) * 0.5 + 0.5
     up = None
