@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -45,6 +45,19 @@ class Draw:
     values: dict[str, Any]
     vertices: moderngl.VertexArray
     textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]]
+
+
+class _Stopped(Exception):
+    """A picture that is given up."""
+
+
+class Drawn(NamedTuple):
+    """A picture on the GPU: (H, W) linear light, straight alpha, lowest row first; its plan and the figures of its
+    making, as Frame.stats has them."""
+
+    frame: moderngl.Framebuffer
+    plan: Plan
+    stats: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -112,12 +125,7 @@ class Renderer:
         for _, targets in self._targets.values():
             targets.release()
         self._targets.clear()
-        self._last = None
-        self._captures.release()
-        self._store.release()
-        for uniforms in self._programs.values():
-            uniforms.release()
-        self._programs.clear()
+        self.renew()
         if self._owns_context:
             self.context.release()
 
@@ -141,27 +149,59 @@ class Renderer:
         Raises SceneError, ImageError, MeshError, LimitError for what cannot be drawn; ContextError after release or
         on another thread; ShaderError where a shader does not compile.
         """
+        drawn = self.draw(scene, size, quality, recapture=recapture)
+        assert drawn is not None, "nothing stops it"
+        submitted = time.perf_counter()
+        pixels = read(drawn.frame)
+        self._require_no_error()
+        # The GPU works while Python goes on, so its time shows up in the read-back.
+        drawn.stats["ms"]["finish and read back"] = 1e3 * (time.perf_counter() - submitted)
+        return Frame(pixels, drawn.stats, bottom_up=True)
+
+    def draw(
+        self,
+        scene: Scene,
+        size: tuple[int, int] = (512, 512),
+        quality: str | Quality = "balanced",
+        *,
+        recapture: bool = True,
+        use: str = "frames",
+        stop: Callable[[], bool] | None = None,
+    ) -> Drawn | None:
+        """A picture that stays on the GPU, until the next one of the same `use` is drawn; all else as in `render`.
+
+        stop: asked before each pass but the first; where it says True, the picture is given up, and None returned.
+        """
         if self._released:
             raise ContextError("cannot render: this renderer is released; make a new one")
         self.context.check("render")
         started = time.perf_counter()
         _ = self.context.gl.error  # what others left behind is theirs
         ready = self._prepared(scene, check_size(size), quality_of(quality), check.flag("recapture", recapture))
-        targets = self._targets_for("frames", ready.plan)
+        targets = self._targets_for(use, ready.plan)
         prepared = time.perf_counter()
-        frame = self._draw(ready, targets)
+        try:
+            frame = self._draw(ready, targets, stop)
+        except _Stopped:
+            return None
         self._flush()
-        drawn = time.perf_counter()
         stats = ready.stats | {"plan": dict(ready.stats["plan"])}
-        pixels = read(frame)
-        self._require_no_error()
         stats["ms"] = {
             "plan and upload": 1e3 * (prepared - started),
-            "submit": 1e3 * (drawn - prepared),
-            # The GPU works while Python goes on, so its time shows up in the read-back.
-            "finish and read back": 1e3 * (time.perf_counter() - drawn),
+            "submit": 1e3 * (time.perf_counter() - prepared),
         }
-        return Frame(pixels, stats, bottom_up=True)
+        return Drawn(frame, ready.plan, stats)
+
+    def renew(self) -> None:
+        """Make all programs, textures and meshes anew for the next picture: the shaders' files have changed, say.
+        Pictures that were drawn stay."""
+        self.context.check("renew")
+        self._last = None
+        self._captures.release()
+        self._store.release()
+        for uniforms in self._programs.values():
+            uniforms.release()
+        self._programs.clear()
 
     def _prepared(self, scene: Scene, size: tuple[int, int], quality: Quality, recapture: bool) -> Prepared:
         """The scene made ready to be drawn, or what the last frame left so, where nothing has changed since."""
@@ -229,10 +269,12 @@ class Renderer:
 
     # ------------------------------------------------------------ drawing
 
-    def _draw(self, ready: Prepared, targets: Targets) -> moderngl.Framebuffer:
-        """All samples of the frame; the framebuffer that holds the result."""
+    def _draw(self, ready: Prepared, targets: Targets, stop: Callable[[], bool] | None = None) -> moderngl.Framebuffer:
+        """All samples of the frame; the framebuffer that holds the result. Raises _Stopped where `stop` says so."""
         plan, samples = ready.plan, ready.plan.samples
         for number in range(plan.passes):
+            if number and stop is not None and stop():
+                raise _Stopped
             self._draw_sample(ready, ready.view.sample(number), targets)
             if targets.sum is not None and plan.is_multisampled:
                 self.context.gl.copy_framebuffer(targets.sum, targets.one)

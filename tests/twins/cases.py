@@ -694,7 +694,26 @@ def _normals_of_all_lengths() -> Rows:
     return (n * inputs.log_uniform(len(n), 1e-6, 1e6, (1,), 3)).astype(np.float32)
 
 
+def _lights() -> Rows:
+    """Colours of linear light from the least to far beyond white, 0, 1 and the joints of the curves among them."""
+    light = inputs.log_uniform(4000, 1e-6, 1e5, (3,), 12)
+    light[:6] = np.array([0, 1, 0.0031308, 1e4, 4, 0.18])[:, None]
+    return (light,)
+
+
 CASES: dict[str, Case] = {
+    "color.srgb_from_linear": Case(
+        _lights,
+        "pow(x, 1/2.4) is within 19 ULP, times 1.055, less 0.055; at the joint the two pieces differ by 3e-8",
+        ulps=24,
+        abs=1e-7,
+    ),
+    "color.reinhard": Case(
+        lambda: (*_lights(), np.float32(inputs.uniform(4000, 0.5, 16))),
+        "a square, three products, two sums and two divisions of 2.5 ULP",
+        ulps=12,
+    ),
+    "color.filmic": Case(_lights, "five products and three sums of positive terms, and a division", ulps=10),
     "encodings.signed_codes": Case(
         lambda: _coded(inputs.uniform(4000, -1, 1, (3,))),
         "a product of at most twice the middle is rounded, a difference, and a division by the middle",
