@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.glsltest import inputs, ulp
-from glbump.reference import bump
+from glbump.reference import bump, footprint
 
 F64 = npt.NDArray[np.float64]
 Rows = tuple[Any, ...]
@@ -592,6 +592,115 @@ def _refraction_bound(dir: Any, n: Any, eta: Any, want: F64) -> F64:
     return off + np.minimum(off / np.maximum(cos_t, 1e-150), np.sqrt(2 * off))
 
 
+# ---- footprints
+
+
+def _hits() -> Rows:
+    """Changes of all sizes, rays that meet surfaces at all angles, to 1e-7 of grazing; normals of all lengths."""
+    n, d = inputs.directions(4000, 1), inputs.directions(4000, 2)
+    # Along the surface but for a little, on either side of the least cosine.
+    flat = np.cross(n[:400].astype(float), inputs.unit_vectors(400, 3))
+    flat /= length(flat)[:, None]
+    tilt = inputs.log_uniform(400, 1e-7, 1e-2, (1,), 4) * np.where(np.arange(400) % 2, 1, -1)[:, None]
+    d[:400] = flat + tilt * n[:400]
+    dp = _scaled(inputs.unit_vectors(len(n), 5), 1e-8, 10, 6)
+    return dp, d, _scaled(n, 1e-6, 1e6, 7)
+
+
+def _met(dp: Any, dir: Any, n: Any) -> F64:
+    """The cosine of incidence, as it counts."""
+    return np.maximum(np.abs(dot(dir, n)) / length(n), footprint.LEAST_COSINE)
+
+
+def _hit_bound(dp: Any, dir: Any, n: Any, want: F64) -> F64:
+    """A cosine is off by some four roundings, and the step along the ray by as much of it."""
+    cosine = _met(dp, dir, n)
+    return 8 * EPS * length(dp) * (1 + 1 / cosine + 1 / cosine**2)
+
+
+def _on_torus() -> Rows:
+    """Points on a torus, but for those beside its axis, and changes along it."""
+    p, outwards, _, turn = _torus()
+    dp = turn - dot(turn, outwards)[:, None] * outwards
+    return p.astype(np.float32), (dp * inputs.log_uniform(len(p), 1e-6, 1, (1,), 7)).astype(np.float32), np.float32(1.0)
+
+
+def _torus_turn_bound(p: Any, dp: Any, radius: Any, want: F64) -> F64:
+    """hypot(x, z) - radius is off by some roundings of 2, over the tube, or over the distance to the axis; twice."""
+    h = np.hypot(p[:, 0], p[:, 2])
+    ring = np.maximum(np.hypot(h - 1, p[:, 1]), 1e-3)
+    return 16 * EPS * length(dp) * (1 / ring**2 + 1 / h / ring)
+
+
+def _uv_bound(dp: Any, dpdu: Any, dpdv: Any, want: F64) -> F64:
+    """Each product of two lengths squared is off by some roundings; so is their difference, the area's square."""
+    u, v = np.asarray(dpdu, float), np.asarray(dpdv, float)
+    sine2 = length(np.cross(u, v)) ** 2 / (length(u) * length(v)) ** 2
+    shortest = np.minimum(length(u), length(v))
+    return (
+        24 * EPS * length(dp) / shortest / np.maximum(sine2, 1e-30) ** 2 * np.maximum(length(u), length(v)) / shortest
+    )
+
+
+def _uv_sides() -> Rows:
+    """Derivatives at all angles but the flattest, one up to ten times the other."""
+    count = 3000
+    u, v = inputs.unit_vectors(count, 1), inputs.unit_vectors(count, 2)
+    flat = length(np.cross(u, v)) < 0.1
+    v[flat] = np.roll(u[flat], 1, axis=1)
+    size = inputs.log_uniform(count, 1e-3, 1e3, (1,), 3)
+    return u * size, v * size * inputs.log_uniform(count, 0.3, 3, (1,), 4)
+
+
+def _bent_changes() -> Rows:
+    """Normals, gradients up to 1e6 long, and changes of both."""
+    n = inputs.directions(3000, 1)
+    g = _scaled(inputs.unit_vectors(len(n), 2), 1e-6, 1e6, 3)
+    changes = (_scaled(inputs.unit_vectors(len(n), seed), 1e-8, 1, seed) for seed in (4, 5))
+    keep = length(n - np.float64(g)) > 0.05  # next to none at all the change is without bound
+    return tuple(a[keep] for a in (n, g, *changes))
+
+
+def _reflections() -> Rows:
+    """Directions, normals, and changes of both across them."""
+    d, n = inputs.directions(3000, 1), inputs.directions(3000, 2)
+    changes = (_scaled(inputs.unit_vectors(len(d), seed), 1e-8, 10, seed) for seed in (3, 4))
+    return d, n, *changes
+
+
+def _refracted_footprints() -> Rows:
+    d, n, eta = _refractions()
+    changes = (_scaled(inputs.unit_vectors(len(d), seed), 1e-6, 1, seed) for seed in (4, 5))
+    return d, n, eta, *changes
+
+
+def _refract_change_bound(d: Any, n: Any, eta: Any, ddir: Any, dn: Any, want: F64) -> F64:
+    """The cosine behind is off by some roundings of eta over itself, and its reciprocal by as much of its square."""
+    most = np.maximum(np.asarray(eta, float), 1)
+    cosine = np.maximum(np.sqrt(np.maximum(1 - _sine_behind(d, n, eta) ** 2, 0)), footprint.LEAST_COSINE)
+    return 32 * EPS * most**3 * (length(ddir) + length(dn)) * (1 + 1 / cosine**3)
+
+
+def _axes_rows() -> Rows:
+    """Two sides of all lengths, one up to 1e4 times the other, at all angles; one of them none, both along one line."""
+    x = _scaled(inputs.unit_vectors(3000, 1), 1e-8, 10, 2)
+    y = inputs.unit_vectors(3000, 3) * length(x)[:, None] * inputs.log_uniform(3000, 1e-4, 1e4, (1,), 4)
+    y[:50], x[50:100], y[100:150] = 0.0, 0.0, -2 * x[100:150]
+    return x.astype(np.float32), y.astype(np.float32)
+
+
+def _axes_differ(x: Any, y: Any) -> Any:
+    """Where there is a longer one: about a circle any axes will do."""
+    long, short = (length(a) for a in footprint.footprint_axes(x, y))
+    return short < 0.9 * long
+
+
+def _axes_bound(x: Any, y: Any, want: Any) -> F64:
+    """Sines and cosines of half an angle that is off by some roundings, over how uneven the sides are."""
+    long, short = (length(a) for a in footprint.footprint_axes(x, y))
+    return 32 * EPS * long / (1 - (short / long) ** 2)
+
+
 # ---- procedural
 
 UP, DOWN = np.float32([0.2, 0.4, 0.9]), np.float32([0.25, 0.15, 0.05])
@@ -1000,6 +1109,47 @@ CASES: dict[str, Case] = {
         _irradiance,
         "nine terms, the largest 2, of four roundings each, and eight sums of up to 9",
         abs=(9 * 2 * 4 + 8 * 9) * EPS,
+    ),
+    "footprint.hit_change": Case(
+        _hits,
+        "dot products of some four roundings, a quotient by the cosine of incidence",
+        abs=_hit_bound,
+        where=lambda dp, d, n: np.abs(np.abs(dot(d, n)) / length(n) / footprint.LEAST_COSINE - 1) > 0.05,
+    ),
+    "footprint.torus_normal_change": Case(
+        _on_torus,
+        "hypot(x, z) - radius is off by some roundings of 2, over the tube",
+        abs=_torus_turn_bound,
+        where=lambda p, dp, radius: np.hypot(p[:, 0], p[:, 2]) > 0.05,
+    ),
+    "footprint.uv_change": Case(
+        lambda: (_scaled(inputs.unit_vectors(len(_uv_sides()[0]), 8), 1e-6, 1, 9), *_uv_sides()),
+        "products of two squared lengths, and their difference, which the sine of the angle between them makes smaller",
+        abs=_uv_bound,
+    ),
+    "footprint.bump_change": Case(
+        _bent_changes,
+        "a difference each, and turning's 12 roundings; twice the change's length over what is left of the normal",
+        abs=lambda n, g, dn, dg, want: (
+            (16 + 8 * (1 + length(g))) * EPS * (length(dn) + length(dg)) / length(n - np.float64(g))
+        ),
+    ),
+    "footprint.reflect_change": Case(
+        _reflections,
+        "three dot products and four products of unit vectors with changes: some 16 roundings of those",
+        abs=lambda d, n, ddir, dn, want: 16 * EPS * (length(ddir) + length(dn)),
+    ),
+    "footprint.refract_change": Case(
+        _refracted_footprints,
+        "the cosine behind the surface, and its reciprocal; at the critical angle either answer is right",
+        abs=_refract_change_bound,
+        where=lambda d, n, eta, ddir, dn: np.abs(_sine_behind(d, n, eta) - 1) > 8 * EPS * eta,
+    ),
+    "footprint.footprint_axes": Case(
+        _axes_rows,
+        "an angle from squared lengths, its sine and its cosine: of the longer side, which may hide the shorter",
+        abs=_axes_bound,
+        where=_axes_differ,
     ),
     "filter.wrapped_difference": Case(
         lambda: (inputs.floats(-1e6, 1e6)[:, None] + inputs.uniform(2, -2, 2)[None, :] * [[1, 0.5]],),

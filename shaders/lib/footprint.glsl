@@ -1,0 +1,78 @@
+// How what a ray meets changes from pixel to pixel: ray differentials (Igehy, "Tracing Ray Differentials", 1999).
+// Twin: glbump/reference/footprint.py. Each is the derivative of the function that its name begins with.
+
+#include "direction.glsl"
+#include "reflect.glsl"
+
+// Least cosine of incidence: at an outline points run along the surface without bound.
+const float LEAST_COSINE = 1e-5;
+
+// Change of the point where a ray along dir meets a surface with normal n, where at the same depth it changes by dp:
+// moved along the ray into the tangent plane (equations 10 to 12). Of n only the direction counts.
+vec3 hit_change(vec3 dp, vec3 dir, vec3 n) {
+    float along = dot(dir, n);
+    float least = LEAST_COSINE * length(n);
+    along = along < 0.0 ? min(along, -least) : max(along, least);
+    return dp - dir * (dot(dp, n) / along);
+}
+
+// Of torus_normal, where a point p_object of the torus changes by dp, along it: it turns with the circle about the axis
+// as far as it leans outwards, and with the tube.
+vec3 torus_normal_change(vec3 p_object, vec3 dp, float radius) {
+    float h = length(p_object.xz);
+    vec2 out_dir = h > 0.0 ? p_object.xz / h : vec2(0.0, 1.0);
+    vec3 parallel = vec3(out_dir.y, 0.0, -out_dir.x);
+    vec2 ring = vec2(h - radius, p_object.y);
+    float round_axis = dot(dp, parallel);
+    return (dp - round_axis * parallel) / max(length(ring), 1e-30)
+         + parallel * (round_axis * ring.x / max(length(ring), 1e-30) / max(h, 1e-30));
+}
+
+// Changes of u and v, where a point changes by dp: what of dp lies along the surface, in its derivatives. Where u
+// and v have no area, 0.
+vec2 uv_change(vec3 dp, vec3 dpdu, vec3 dpdv) {
+    float uu = dot(dpdu, dpdu);
+    float uv = dot(dpdu, dpdv);
+    float vv = dot(dpdv, dpdv);
+    float u = dot(dp, dpdu);
+    float v = dot(dp, dpdv);
+    return vec2(u * vv - v * uv, v * uu - u * uv) / max(uu * vv - uv * uv, 1e-30);
+}
+
+// Of bump_normal, for changes of the surface's normal and of the gradient.
+vec3 bump_change(vec3 n, vec3 gradient, vec3 dn, vec3 dgradient) {
+    return turning(n - gradient, dn - dgradient);
+}
+
+// Of reflect_dir (equation 14).
+vec3 reflect_change(vec3 dir, vec3 n, vec3 ddir, vec3 dn) {
+    return ddir - 2.0 * (dot(dir, n) * dn + (dot(ddir, n) + dot(dir, dn)) * n);
+}
+
+// Of refract_dir (equations 15 to 18), and of the mirror direction where it gives that.
+vec3 refract_change(vec3 dir, vec3 n, float eta, vec3 ddir, vec3 dn) {
+    float along = dot(dir, n);
+    vec3 across = eta * (dir - along * n);
+    float rest = 1.0 - dot(across, across);
+    if (rest < 0.0) return reflect_change(dir, n, ddir, dn);
+    float change = dot(ddir, n) + dot(dir, dn);
+    float behind = max(sqrt(rest), LEAST_COSINE);
+    float mu = along > 0.0 ? behind - eta * along : -behind - eta * along;
+    float dmu = (along > 0.0 ? eta * along / behind - 1.0 : -eta * along / behind - 1.0) * eta * change;
+    return eta * ddir + mu * dn + dmu * n;
+}
+
+// The axes of the footprint with the sides ddx and ddy, the longer one first: at right angles, as long as the ellipse
+// that such a parallelogram stands for, whose moments are the same. Nothing is wider than long.
+void footprint_axes(vec3 ddx, vec3 ddy, out vec3 major, out vec3 minor) {
+    float x = dot(ddx, ddx);
+    float y = dot(ddy, ddy);
+    vec2 uneven = vec2(x - y, 2.0 * dot(ddx, ddy)) / max(x + y, 1e-36);
+    uneven /= max(length(uneven), 1e-15);
+    // The sine and the cosine of half the angle: the larger by a root, in which the smaller would cancel.
+    float larger = sqrt(0.5 + 0.5 * abs(uneven.x));
+    float smaller = 0.5 * uneven.y / larger;
+    vec2 turn = uneven.x < 0.0 ? vec2(abs(smaller), uneven.y < 0.0 ? -larger : larger) : vec2(larger, smaller);
+    major = turn.x * ddx + turn.y * ddy;
+    minor = turn.x * ddy - turn.y * ddx;
+}
