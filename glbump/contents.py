@@ -16,6 +16,7 @@ from glbump.errors import ImageError, LimitError
 from glbump.image import ArrayImage, picture_of
 from glbump.maps.facefiles import face_files
 from glbump.maps.layout import LATLONG, EnvironmentMap
+from glbump.maps.light_formats import Fit, fitting
 from glbump.mesh import SEGMENTS, Mesh, bounds, steepest_turn, tessellate
 from glbump.scene import Bump, NormalMap, Scene
 from glbump.shapes import MESHES, MeshData, MeshFile, Shape
@@ -150,6 +151,20 @@ class Contents:
                 f"at most {BRIGHTEST:g}: lower environment.exposure, or scale the picture"
             )
         return bright
+
+    def light_format(self, environment: Environment, wanted: str) -> Fit:
+        """The format, of LIGHT_FORMATS, that keeps an environment's texels where `wanted` is asked for. What is
+        computed without texels is never divided by a pre-exposure, so its roughness chain is not either."""
+        result: Fit = self._get(
+            ("light format", environment_key(environment), wanted),
+            lambda: fitting(
+                wanted,
+                self.environment(environment).pixels,
+                self.peak(environment),
+                scales=not isinstance(environment, Procedural),
+            ),
+        )
+        return result
 
     def irradiance(self, environment: Environment) -> npt.NDArray[np.float64]:
         """(9, 3) coefficients for sh9_irradiance, before exposure."""

@@ -46,7 +46,7 @@ KNOBS: dict[str, Knob] = {
     "gloss_size": Knob("pixels along a face of the roughness chain", (16, 32, 64, 128, 256), "px", (8, 1024), True),
     "gloss_samples": Knob("texels that each texel of the chain reads", (8, 32, 64, 256), "", (1, 4096), True),
     "direction_error": Knob("how far mirrored directions may be off", (180.0, 1.0, 0.25, 0.0), "degrees", (0, 180)),
-    "texture_format": Knob("how textures keep environments", ("half", "float")),
+    "texture_format": Knob("how textures keep environments, at least", ("srgb8", "rgb10", "half", "float")),
     "frame_format": Knob("how the picture is kept while it is drawn", ("half", "float")),
 }
 """Each field of Quality but `preset`."""
@@ -72,6 +72,10 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
     # Four samples, levels by their footprints' areas: long thin footprints stay sharp across.
     "balanced": {
+        "gloss": "chain",
+        "lobe_samples": 16,
+        "gloss_chain": "drawn",
+        "dfg": "fit",
         "samples": 4,
         "environment_layout": "given",
         "environment_filter": "trilinear",
@@ -91,6 +95,10 @@ PRESETS: dict[str, dict[str, Any]] = {
     # No mip levels: the samples alone average, so more of them converge to the truth.
     "exact": {
         "samples": 16,
+        "gloss": "chain",
+        "lobe_samples": 16,
+        "gloss_chain": "drawn",
+        "dfg": "table",
         "environment_layout": "given",
         "environment_filter": "bilinear",
         "environment_level": "area",
@@ -110,6 +118,10 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 _FROM_PRESET: Any = None
+        "gloss": "sampled",
+        "lobe_samples": 16,
+        "gloss_chain": "tree",
+        "dfg": "table",
 
 
 @dataclass(frozen=True)
@@ -127,8 +139,10 @@ class Quality(check.Frozen):
     bump_terms: "small" drops B (N/|N|)_u and _v, "full" keeps them, "auto" keeps them where they matter
     (direction_error). bump_format: as floats, in codes of slopes, or, of normal maps, in codes of normals; the plan
     says what it costs. docs/bump.md has all of bumps.
-    gloss_size: of the chain's first level. gloss_samples: source texels that
-    a texel of its second level reads where its lobe is high; each further level reads twice as many.
+    gloss: "chain" reads an environment that was blurred for a few roughnesses, as if seen along the normal; "sampled"
+    sums lobe_samples facets a sample, as the eye sees them. gloss_chain: "drawn" by the GPU, or summed over a "tree" by
+    the CPU. gloss_size: of the chain's first level. gloss_samples: source texels that a texel of its second level reads
+    where its lobe is high; each further level reads twice as many. dfg: docs/gloss.md has all of gloss.
     direction_error: by what a plan leaves out (the parallax of a room, small terms of bumps).
     """
 
@@ -154,6 +168,10 @@ class Quality(check.Frozen):
         values = {
             name: _checked(name, own if (own := getattr(self, name)) is not None else value)
             for name, value in PRESETS[self.preset].items()
+    gloss: str = _FROM_PRESET
+    lobe_samples: int = _FROM_PRESET
+    gloss_chain: str = _FROM_PRESET
+    dfg: str = _FROM_PRESET
         }
         if round(values["samples"] ** 0.5) ** 2 != values["samples"]:
             raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {values['samples']}")

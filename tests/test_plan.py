@@ -150,10 +150,11 @@ def test_closed_shapes_are_culled_unless_the_eye_is_in_them() -> None:
     assert not _plan(_scene(Surface(Quad(), MIRROR))).surfaces[0].cull
 
 
-def test_light_too_bright_for_halves_gets_floats() -> None:
+def test_light_too_bright_for_halves_is_pre_exposed_and_its_frame_has_floats() -> None:
     sun = LatLong(np.full((4, 8, 3), 1e5, np.float32))
     plan = _plan(_scene(Surface(Sphere(), MIRROR), environment=sun), "fast")
-    assert (plan.environments[0].texture_format, plan.frame_format) == ("float", "float")
+    assert (plan.environments[0].texture_format, plan.environments[0].pre_exposure) == ("half", 1)
+    assert plan.frame_format == "float"
     dim = LatLong(np.full((4, 8, 3), 1e3, np.float32), exposure=10)
     plan = _plan(_scene(Surface(Sphere(), MIRROR), environment=dim), "fast")
     assert (plan.environments[0].texture_format, plan.frame_format) == ("half", "float")

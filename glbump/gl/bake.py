@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import moderngl
+import numpy as np
+import numpy.typing as npt
 
 from glbump.gl.context import Context
 from glbump.gl.levels import texture_2d
@@ -15,8 +18,10 @@ from glbump.maps.pyramid import chain
 from glbump.plan.choices import DRAWN_LAYOUTS
 
 
-def cube_of_panorama(context: Context, panorama: EnvironmentMap, size: int, dtype: str) -> moderngl.TextureCube:
-    """A lat-long picture resampled to a cube whose faces are `size` wide; dtype: "f2" or "f4".
+def faces_of_panorama(
+    context: Context, panorama: EnvironmentMap, size: int, dtype: str, exponent: int = 0
+) -> npt.NDArray[np.floating[Any]]:
+    """A lat-long picture / 2**exponent resampled to six faces, (6, size, size, 4) of dtype "f2" or "f4".
 
     One bilinear read for each texel, in the level whose texels are nearest in size to the cube's: at most the square
     root of 2 apart, so none is passed over.
@@ -37,7 +42,8 @@ def cube_of_panorama(context: Context, panorama: EnvironmentMap, size: int, dtyp
     level = max(0, round(math.log2(panorama.size[0] / (math.pi * size))))
     if panorama.has_own_grid:
         program["border"] = (*panorama.scale, *panorama.offset)
-    source = texture_2d(context, chain(panorama.pixels[0], level)[-1:], dtype)
+    light = chain(panorama.pixels[0], level)[-1]
+    source = texture_2d(context, [np.ldexp(light, -exponent) if exponent else light], dtype)
     source.repeat_y = False
     target = gl.texture((size, 6 * size), 4, dtype=dtype)
     frame = gl.framebuffer([target])
@@ -46,8 +52,8 @@ def cube_of_panorama(context: Context, panorama: EnvironmentMap, size: int, dtyp
     gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
     source.use(0)
     empty.render(vertices=3)
-    cube = gl.texture_cube((size, size), 4, target.read(), dtype=dtype)
+    faces = np.frombuffer(target.read(), dtype).reshape(6, size, size, 4)
     context.unbind()
     for thing in (empty, program, frame, target, source):
         thing.release()
-    return cube
+    return faces

@@ -29,9 +29,12 @@ _TYPES: dict[str, tuple[int, type[np.generic]]] = {
     "f4": (0x1406, np.float32),
     "f1": (0x1401, np.uint8),
     "nu2": (0x1403, np.uint16),
-    # Three codes in one integer, UNSIGNED_INT_2_10_10_10_REV, which moderngl has no name for.
+    # Three codes in one integer, UNSIGNED_INT_2_10_10_10_REV; and 8 bits that are decoded before they are filtered.
     "rgb10": (0x8368, np.uint32),
+    "srgb8": (0x1401, np.uint8),
 }
+_UNNAMED = ("rgb10", "srgb8")
+"""What moderngl has no name for."""
 # What OpenGL keeps, and what it is given.
 _FORMATS = {
     ("f2", 2): (0x822F, _RG),
@@ -45,17 +48,19 @@ _FORMATS = {
     ("nu2", 3): (0x8054, _RGB),
     ("rgb10", 1): (0x8059, _RGBA),
 }
+    ("srgb8", 3): (0x8C41, _RGB),
 
 
 def texture_2d(context: Context, levels: Sequence[npt.NDArray[Any]], dtype: str) -> moderngl.Texture:
     """A texture with given levels, each (h, w, channels), every one half the size of the last, rounded down.
 
-    dtype: "f2", "f4"; "f1", "nu2": 8 and 16 bits, read as 0..1; "rgb10": (h, w, 1), three codes in each integer.
+    dtype: "f2", "f4"; "f1", "nu2": 8 and 16 bits, read as 0..1; "srgb8": 8 bits, read as
+    linear light; "rgb10": (h, w, 1), three codes in each integer.
     The levels need not go down to 1x1: look-ups past the last read the last.
     """
     height, width, channels = levels[0].shape
     pictures = [[(_TEXTURE_2D, level)] for level in levels]
-    if dtype == "rgb10":
+    if dtype in _UNNAMED:
         texture = context.gl.texture((width, height), 4, dtype="f1")
         _fill(context, texture, _TEXTURE_2D, dtype, pictures, first=0)
         return texture
@@ -65,12 +70,17 @@ def texture_2d(context: Context, levels: Sequence[npt.NDArray[Any]], dtype: str)
     return texture
 
 
-def cube_texture(context: Context, levels: Sequence[F32], dtype: str) -> moderngl.TextureCube:
+def cube_texture(context: Context, levels: Sequence[npt.NDArray[Any]], dtype: str) -> moderngl.TextureCube:
     """A cube texture with given levels, each (6, n, n, 3), every one half the size of the last; as `texture_2d`."""
     size = levels[0].shape[1]
-    texture = context.gl.texture_cube((size, size), 3, levels[0].astype(_TYPES[dtype][1]).tobytes(), dtype=dtype)
-    faces = [[(CUBE_POSITIVE_X + face, pixels) for face, pixels in enumerate(level)] for level in levels[1:]]
-    _fill(context, texture, _TEXTURE_CUBE, dtype, faces)
+    faces = [[(CUBE_POSITIVE_X + face, pixels) for face, pixels in enumerate(level)] for level in levels]
+    if dtype in _UNNAMED:
+        texture = context.gl.texture_cube((size, size), 4, dtype="f1")
+        _fill(context, texture, _TEXTURE_CUBE, dtype, faces, first=0)
+        return texture
+    first = levels[0].astype(_TYPES[dtype][1], copy=False)
+    texture = context.gl.texture_cube((size, size), 3, first.tobytes(), dtype=dtype)
+    _fill(context, texture, _TEXTURE_CUBE, dtype, faces[1:])
     return texture
 
 

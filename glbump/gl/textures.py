@@ -15,7 +15,8 @@ from glbump.contents import Contents, bump_key, environment_key, shape_key
 from glbump.environment import Environment
 from glbump.gl.context import Context
 from glbump.gl.levels import cube_texture, texture_2d
-from glbump.maps.layout import CUBE, LATLONG, Layout, environment_levels, resampled, sheet
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, environment_levels, resampled, sheet
+from glbump.maps.light_formats import LIGHT_FORMATS
 from glbump.maps.pyramid import chain
 from glbump.mesh import in_frame, in_repeats, outline
 from glbump.plan import EnvironmentPlan, Plan
@@ -24,7 +25,6 @@ from glbump.shapes import Shape
 
 F32 = npt.NDArray[np.float32]
 
-_DTYPES = {"half": "f2", "float": "f4"}
 FILTERS = {
     "bilinear": (moderngl.LINEAR, moderngl.LINEAR),
     "nearest-level": (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR),
@@ -127,44 +127,53 @@ class Store:
             plan.layout,
             plan.size,
             plan.texture_format,
+            plan.pre_exposure,
             plan.filter,
         )
         return self._get(key, lambda: self._make_environment(plan))
 
     def _make_environment(self, plan: EnvironmentPlan) -> tuple[Any, int]:
-        picture = self._contents.environment(plan.environment)
-        dtype = _DTYPES[plan.texture_format]
+        picture, stored = self._contents.environment(plan.environment), LIGHT_FORMATS[plan.texture_format]
+        exponent = plan.pre_exposure
         if plan.size is not None and picture.layout is LATLONG and plan.layout is CUBE:
-            from glbump.gl.bake import cube_of_panorama
+            from glbump.gl.bake import faces_of_panorama
 
-            texture: moderngl.Texture | moderngl.TextureCube = cube_of_panorama(
-                self._context, picture, plan.size, dtype
-            )
-            if plan.filter != "bilinear":
-                texture.build_mipmaps()
-            texels = 6 * plan.size**2 * texture.components
-            size = texels * int(dtype[1]) * (4 if plan.filter != "bilinear" else 3) // 3
-        else:
-            if plan.size is not None and plan.layout is not None:
-                picture = resampled(picture, plan.layout, plan.size)
-            levels = environment_levels(picture) if plan.filter != "bilinear" else [picture.pixels]
-            texture, size = self.panorama(picture.layout, levels, dtype)
+            # Codes are made of what is drawn, and those of 10 bits are finer than halves are below 1.
+            drawn = "f2" if stored.dtype in ("f2", "srgb8") else "f4"
+            faces = faces_of_panorama(self._context, picture, plan.size, drawn, exponent)
+            if stored.dtype == drawn:
+                return self._drawn_cube(faces, plan.filter)
+            picture, exponent = EnvironmentMap(CUBE, faces[..., :3].astype(np.float32)), 0
+        elif plan.size is not None and plan.layout is not None:
+            picture = resampled(picture, plan.layout, plan.size)
+        levels = environment_levels(picture) if plan.filter != "bilinear" else [picture.pixels]
+        texture, size = self.panorama(picture.layout, levels, plan.texture_format, exponent)
         texture.filter = FILTERS[plan.filter if plan.layout in (LATLONG, CUBE) else "bilinear"]
         return texture, size
 
-    def panorama(self, layout: Layout, levels: Sequence[F32], dtype: str) -> tuple[Any, int]:
-        """A texture of an environment's levels (tiles, h, w, 3), and its bytes: a cube, a picture that repeats in u, or
-        a column of tiles, each in a border of its neighbours' texels."""
+    def _drawn_cube(self, faces: npt.NDArray[Any], filter: str) -> tuple[Any, int]:
+        """Of floats (6, n, n, 4), with the driver's own levels where the filter reads them."""
+        n = faces.shape[1]
+        texture = self._context.gl.texture_cube((n, n), 4, faces, dtype=faces.dtype.str[1:])
+        if filter != "bilinear":
+            texture.build_mipmaps()
+        texture.filter = FILTERS[filter]
+        return texture, faces.nbytes * (4 if filter != "bilinear" else 3) // 3
+
+    def panorama(self, layout: Layout, levels: Sequence[F32], format: str, exponent: int = 0) -> tuple[Any, int]:
+        """A texture of an environment's levels (tiles, h, w, 3) / 2**exponent, in a format of LIGHT_FORMATS, and its
+        bytes: a cube, a picture that repeats in u, or a column of tiles, each in a border of its neighbours' texels."""
+        how = LIGHT_FORMATS[format]
+        if layout not in (CUBE, LATLONG):
+            levels = [sheet(layout, levels)[None]]
+        stored = [how.stored(level, exponent) for level in levels]
+        size = sum(level.nbytes for level in stored)
         if layout is CUBE:
-            texture: Any = cube_texture(self._context, levels, dtype)
-        elif layout is LATLONG:
-            texture = texture_2d(self._context, [level[0] for level in levels], dtype)
-            texture.repeat_y = False
-        else:
-            levels = [sheet(layout, levels)]
-            texture = texture_2d(self._context, levels, dtype)
-            texture.repeat_x = texture.repeat_y = False
-        return texture, sum(level.size for level in levels) * int(dtype[1])
+            return cube_texture(self._context, stored, how.dtype), size
+        texture = texture_2d(self._context, [level[0] for level in stored], how.dtype)
+        texture.repeat_y = False
+        texture.repeat_x = layout is LATLONG
+        return texture, size
 
     def relief(self, layer: Layer, plan: Plan, *, full: bool) -> moderngl.Texture:
         """A bump's map as a texture, turned so that t = 0 is the picture's lower edge, v up: slopes, slopes and heights
@@ -191,10 +200,9 @@ class Store:
 
         def make() -> tuple[Any, int]:
             chain = self._contents.gloss(plan.environment, size, samples)
-            dtype = _DTYPES[plan.texture_format]
-            return cube_texture(self._context, chain, dtype), sum(level.size for level in chain) * int(dtype[1])
+            return self.panorama(CUBE, chain, plan.texture_format, plan.pre_exposure)
 
-        key = ("gloss", environment_key(plan.environment), plan.gloss, plan.texture_format)
+        key = ("gloss", environment_key(plan.environment), plan.gloss, plan.texture_format, plan.pre_exposure)
         result: moderngl.TextureCube = self._get(key, make)
         return result
 

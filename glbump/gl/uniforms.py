@@ -149,9 +149,9 @@ def world_from_object(surface: Surface, contents: Contents) -> F64:
 
 
 def environment_uniforms(plan: EnvironmentPlan, samples: int, contents: Contents) -> dict[str, Any]:
-    """Of environment_input.glsl, all but the sampler."""
+    """Of environment_input.glsl, all but the sampler. Its exposure takes back the texels' pre-exposure."""
     environment = plan.environment
-    values = {"footprint": samples**-0.5, "exposure_factor": 2.0**environment.exposure}
+    values = {"footprint": samples**-0.5, "exposure_factor": 2.0 ** (environment.exposure + plan.pre_exposure)}
     if isinstance(environment, Procedural):
         return values | environment.arguments()
     if plan.size is not None and plan.layout is not None:
@@ -169,7 +169,7 @@ def environment_uniforms(plan: EnvironmentPlan, samples: int, contents: Contents
     values["border"] = (*picture.scale, *picture.offset)
     below = getattr(environment, "below", None)
     if isinstance(below, tuple):
-        values["below"] = below
+        values["below"] = tuple(value / 2.0**plan.pre_exposure for value in below)
     return values
 
 
@@ -225,7 +225,7 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     values["transmitted_color"] = tuple((1 - material.metallic) * through * color)
     values |= {"base_color": material.base_color, "metallic": material.metallic, "ior": material.ior}
     if how.has("DIFFUSE"):
-        values["sh"] = contents.irradiance(environment.environment)
+        values["sh"] = contents.irradiance(environment.environment) / 2.0**environment.pre_exposure
     if environment.gloss is not None:
         values["roughness"] = material.roughness
         values["gloss_level"] = material.roughness * (np.log2(environment.gloss[0]) - 2)

@@ -99,7 +99,7 @@ def _values(codes: Stored, bits: int) -> F64:
 
 def _rgb(bits: int) -> Encoding:
     half, step = np.degrees(_half_step(bits)), 1 / (2 ** (bits - 1) - 1)
-    pack, unpack = (_pack_10, unpacked_10) if bits == 10 else (lambda c: c, lambda c: c)
+    pack, unpack = (packed_10, unpacked_10) if bits == 10 else (lambda c: c, lambda c: c)
     return Encoding(
         f"rgb{bits}",
         4 if bits == 10 else 3 * bits // 8,
@@ -114,14 +114,14 @@ def _rgb(bits: int) -> Encoding:
     )
 
 
-def _pack_10(codes: Stored) -> Stored:
+def packed_10(codes: Stored) -> Stored:
     """Three codes of 10 bits in one integer, the first lowest, above them 3: OpenGL's UNSIGNED_INT_2_10_10_10_REV."""
     wide = codes.astype(np.uint32)
     return wide[..., :1] | wide[..., 1:2] << 10 | wide[..., 2:] << 20 | np.uint32(3 << 30)
 
 
 def unpacked_10(packed: Stored) -> Stored:
-    """(..., 1) as `_pack_10` has them -> (..., 3) codes of 10 bits."""
+    """(..., 1) as `packed_10` has them -> (..., 3) codes of 10 bits."""
     return (packed >> np.arange(0, 30, 10, dtype=np.uint32) & 1023).astype(np.uint16)
 
 

@@ -46,15 +46,11 @@ def environment_plan(draft: Draft, number: int, environment: Environment) -> Env
     name = "environment" if number == 0 else f"environment {number}"
     materials = [s.material for s in scene.surfaces if scene.environment_of(s) == environment]
     glossy = any(light_of(m) == GLOSSY for m in materials)
-    layout, resampled, texture_format = None, None, quality.texture_format
+    layout, resampled, texture_format, pre_exposure = None, None, quality.texture_format, 0
     # A computed environment has texels for its roughness chain alone.
     if isinstance(environment, Pictured) or glossy:
-        if isinstance(environment, Captured):
-            peak = brightest(draft) / 2.0 ** max(environment.exposure, 0.0)
-        else:
-            peak = draft.contents.peak(environment)
         what = "texture format" if number == 0 else f"texture format {number}"
-        texture_format = draft.fitting_format(what, texture_format, name, peak)
+        texture_format, pre_exposure = _texture_format(draft, what, name, environment)
     if isinstance(environment, Pictured):
         layout, resampled = _layout(draft, name, environment)
         defines = _look_up(draft, name, environment, layout, resampled)
@@ -66,14 +62,27 @@ def environment_plan(draft: Draft, number: int, environment: Environment) -> Env
     draft.note(what, gloss[0] if gloss else "none", "a surface is rough" if gloss else "nothing is rough")
     return EnvironmentPlan(
         environment=environment,
-        defines=tuple((defines | {"EXPOSURE": int(environment.exposure != 0.0)}).items()),
+        defines=tuple((defines | {"EXPOSURE": int(environment.exposure + pre_exposure != 0.0)}).items()),
         layout=layout,
         size=resampled,
         filter=quality.environment_filter,
         texture_format=texture_format,
+        pre_exposure=pre_exposure,
         gloss=gloss,
         irradiance=any(map(is_diffuse, materials)),
     )
+
+
+def _texture_format(draft: Draft, what: str, name: str, environment: Environment) -> tuple[str, int]:
+    """How texels are kept, and their pre-exposure."""
+    wanted = draft.quality.texture_format
+    if isinstance(environment, Captured):
+        # Copied from frames as they stand, which are floats of either kind.
+        peak = brightest(draft) / 2.0 ** max(environment.exposure, 0.0)
+        return draft.fitting_format(what, "float" if wanted == "float" else "half", name, peak), 0
+    fit = draft.contents.light_format(environment, wanted)
+    draft.note(what, fit.format.name, fit.why)
+    return fit.format.name, fit.exponent
 
 
 def brightest(draft: Draft) -> float:
