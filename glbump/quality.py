@@ -43,6 +43,11 @@ KNOBS: dict[str, Knob] = {
         ("rg8", "slopes8", "rgb8", "rgb10", "oct24", "rg16", "slopes16", "half", "oct32", "float"),
     ),
     "bump_filter": Knob("mip levels of bumps", ("bilinear", "nearest-level", "trilinear")),
+    "bump_spread": Knob("what is kept of bumps that levels average", ("none", "toksvig", "lean")),
+    "gloss": Knob("how the lobes of rough surfaces are summed", ("chain", "sampled")),
+    "lobe_samples": Knob("facets that a sample sums, where lobes are sampled", (4, 16, 64, 256), "", (1, 4096), True),
+    "gloss_chain": Knob("who blurs the roughness chain", ("drawn", "tree")),
+    "dfg": Knob("a rough surface's share of the light", ("fit", "table")),
     "gloss_size": Knob("pixels along a face of the roughness chain", (16, 32, 64, 128, 256), "px", (8, 1024), True),
     "gloss_samples": Knob("texels that each texel of the chain reads", (8, 32, 64, 256), "", (1, 4096), True),
     "direction_error": Knob("how far mirrored directions may be off", (180.0, 1.0, 0.25, 0.0), "degrees", (0, 180)),
@@ -59,6 +64,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_filter": "bilinear",
         "environment_level": "area",
         "bump_filter": "nearest-level",
+        "bump_spread": "none",
         "bump_kernel": "central",
         "bump_read": "baked",
         "bump_terms": "auto",
@@ -66,21 +72,22 @@ PRESETS: dict[str, dict[str, Any]] = {
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.25,
+        "gloss": "chain",
+        "lobe_samples": 16,
+        "gloss_chain": "drawn",
+        "dfg": "fit",
         "gloss_size": 64,
         "gloss_samples": 32,
         "direction_error": 1.0,
     },
     # Four samples, levels by their footprints' areas: long thin footprints stay sharp across.
     "balanced": {
-        "gloss": "chain",
-        "lobe_samples": 16,
-        "gloss_chain": "drawn",
-        "dfg": "fit",
         "samples": 4,
         "environment_layout": "given",
         "environment_filter": "trilinear",
         "environment_level": "area",
         "bump_filter": "trilinear",
+        "bump_spread": "lean",
         "bump_kernel": "central",
         "bump_read": "baked",
         "bump_terms": "auto",
@@ -88,6 +95,10 @@ PRESETS: dict[str, dict[str, Any]] = {
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.1,
+        "gloss": "chain",
+        "lobe_samples": 16,
+        "gloss_chain": "drawn",
+        "dfg": "table",
         "gloss_size": 128,
         "gloss_samples": 64,
         "direction_error": 0.25,
@@ -95,14 +106,11 @@ PRESETS: dict[str, dict[str, Any]] = {
     # No mip levels: the samples alone average, so more of them converge to the truth.
     "exact": {
         "samples": 16,
-        "gloss": "chain",
-        "lobe_samples": 16,
-        "gloss_chain": "drawn",
-        "dfg": "table",
         "environment_layout": "given",
         "environment_filter": "bilinear",
         "environment_level": "area",
         "bump_filter": "bilinear",
+        "bump_spread": "none",
         "bump_kernel": "central",
         "bump_read": "baked",
         "bump_terms": "auto",
@@ -110,6 +118,10 @@ PRESETS: dict[str, dict[str, Any]] = {
         "texture_format": "float",
         "frame_format": "float",
         "silhouette": 0.02,
+        "gloss": "sampled",
+        "lobe_samples": 16,
+        "gloss_chain": "tree",
+        "dfg": "table",
         "gloss_size": 128,
         "gloss_samples": 256,
         "direction_error": 0.0,
@@ -118,10 +130,6 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 _FROM_PRESET: Any = None
-        "gloss": "sampled",
-        "lobe_samples": 16,
-        "gloss_chain": "tree",
-        "dfg": "table",
 
 
 @dataclass(frozen=True)
@@ -152,6 +160,7 @@ class Quality(check.Frozen):
     environment_filter: str = _FROM_PRESET
     environment_level: str = _FROM_PRESET
     bump_filter: str = _FROM_PRESET
+    bump_spread: str = _FROM_PRESET
     bump_kernel: str = _FROM_PRESET
     bump_read: str = _FROM_PRESET
     bump_terms: str = _FROM_PRESET
@@ -159,6 +168,10 @@ class Quality(check.Frozen):
     texture_format: str = _FROM_PRESET
     frame_format: str = _FROM_PRESET
     silhouette: float = _FROM_PRESET
+    gloss: str = _FROM_PRESET
+    lobe_samples: int = _FROM_PRESET
+    gloss_chain: str = _FROM_PRESET
+    dfg: str = _FROM_PRESET
     gloss_size: int = _FROM_PRESET
     gloss_samples: int = _FROM_PRESET
     direction_error: float = _FROM_PRESET
@@ -168,10 +181,6 @@ class Quality(check.Frozen):
         values = {
             name: _checked(name, own if (own := getattr(self, name)) is not None else value)
             for name, value in PRESETS[self.preset].items()
-    gloss: str = _FROM_PRESET
-    lobe_samples: int = _FROM_PRESET
-    gloss_chain: str = _FROM_PRESET
-    dfg: str = _FROM_PRESET
         }
         if round(values["samples"] ** 0.5) ** 2 != values["samples"]:
             raise SceneError(f"quality.samples must be a square number (1, 4, 9, 16 ...); got {values['samples']}")
