@@ -87,7 +87,7 @@ def test_it_costs_what_the_plan_says(renderer: Renderer, name: str, what: str) -
 
 
 def test_names_are_those_of_the_quality() -> None:
-    assert tuple(BUMP_FORMATS) == quality_module.KNOBS["bump_format"].values
+    assert sorted(BUMP_FORMATS) == sorted(quality_module.KNOBS["bump_format"].values)
 
 
 @pytest.mark.parametrize("name", quality_module.KNOBS["bump_format"].values)
