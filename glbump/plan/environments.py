@@ -23,17 +23,17 @@ from glbump.plan.choices import (
     NO_PARALLAX,
     SPHERICAL,
     WHOLE,
-    Capabilities,
     Draft,
     EnvironmentPlan,
 )
-from glbump.plan.materials import is_diffuse, light_of
+from glbump.plan.materials import gloss_chain, is_diffuse, light_of
+from glbump.plan.room import require_room
 from glbump.reference.computed import is_averaged
 from glbump.scene import Scene
 
 F64 = npt.NDArray[np.float64]
 
-LARGEST_MAGNIFIED = 0.5
+LARGEST_MAGNIFIED = 0.25
 """In texels of the sky, a pixel that one sample in its middle stands for."""
 
 LARGEST_RESAMPLED = 2048
@@ -47,25 +47,25 @@ def environment_plan(draft: Draft, number: int, environment: Environment) -> Env
     materials = [s.material for s in scene.surfaces if scene.environment_of(s) == environment]
     glossy = any(light_of(m) == GLOSSY for m in materials)
     layout, resampled, texture_format, pre_exposure = None, None, quality.texture_format, 0
-    # A computed environment has texels for its roughness chain alone.
-    if isinstance(environment, Pictured) or glossy:
-        what = "texture format" if number == 0 else f"texture format {number}"
-        texture_format, pre_exposure = _texture_format(draft, what, name, environment)
+    sampled = glossy and quality.gloss == "sampled"
     if isinstance(environment, Pictured):
         layout, resampled = _layout(draft, name, environment)
         defines = _look_up(draft, name, environment, layout, resampled)
     else:
         assert isinstance(environment, Procedural)
         defines = _computed(draft, name, environment)
-    gloss = (quality.gloss_size, quality.gloss_samples) if glossy else None
-    what = "roughness chain" if number == 0 else f"roughness chain {number}"
-    draft.note(what, gloss[0] if gloss else "none", "a surface is rough" if gloss else "nothing is rough")
+    # A computed environment has texels for its roughness chain alone.
+    if layout is not None or glossy:
+        what = "texture format" if number == 0 else f"texture format {number}"
+        texture_format, pre_exposure = _texture_format(draft, what, name, environment)
+    gloss = gloss_chain(draft, number, glossy)
     return EnvironmentPlan(
         environment=environment,
         defines=tuple((defines | {"EXPOSURE": int(environment.exposure + pre_exposure != 0.0)}).items()),
         layout=layout,
         size=resampled,
-        filter=quality.environment_filter,
+        # Facets are looked up by the solid angles that they stand for, whatever mirrors read.
+        filter="trilinear" if sampled and quality.environment_filter == "bilinear" else quality.environment_filter,
         texture_format=texture_format,
         pre_exposure=pre_exposure,
         gloss=gloss,
@@ -103,7 +103,7 @@ def _layout(draft: Draft, name: str, environment: Pictured) -> tuple[Layout, int
     if isinstance(environment, Captured):
         layout = LAYOUTS[environment.layout]
         _, height, width = layout.shape(environment.size)
-        _require_room(f"{name} (environment.size {environment.size})", layout, (width, height), capabilities)
+        require_room(f"{name} (environment.size {environment.size})", layout, (width, height), capabilities)
         draft.note(
             name,
             f"captured {layout.name} of {environment.size}",
@@ -114,7 +114,7 @@ def _layout(draft: Draft, name: str, environment: Pictured) -> tuple[Layout, int
     picture = draft.contents.environment(environment)
     given = picture.layout
     width, height = picture.size
-    _require_room(name, given, (width, height), capabilities)
+    require_room(name, given, (width, height), capabilities)
     wanted = given if quality.environment_layout == "given" else LAYOUTS[quality.environment_layout]
     if given not in DRAWN_LAYOUTS and wanted is given:
         wanted = CUBE
@@ -135,24 +135,6 @@ def _layout(draft: Draft, name: str, environment: Pictured) -> tuple[Layout, int
         + ("a texel of the picture" if per_quarter == native else "a pixel of the frame"),
     )
     return wanted, side
-
-
-def _require_room(name: str, layout: Layout, size: tuple[int, int], capabilities: Capabilities) -> None:
-    """LimitError where the driver has no room for tiles of `size`."""
-    width, height = size
-    limit = capabilities.max_texture_size
-    if layout is CUBE:
-        limit = capabilities.max_cube_size
-    elif layout is not LATLONG:
-        # Kept in tiles that have a border of one texel, all levels on one picture.
-        width, height = width + 32, layout.tiles * (height * 3 // 2 + 4)
-    if max(width, height) <= limit:
-        return
-    fits = math.floor(min(size) * limit / max(width, height))
-    raise LimitError(
-        f"the {name} is {size[0]}x{size[1]} pixels and this driver takes at most {limit} a side; "
-        f"shrink it to {fits * size[0] // min(size)}x{fits * size[1] // min(size)} first"
-    )
 
 
 def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, resampled: int | None) -> dict[str, int]:
