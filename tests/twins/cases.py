@@ -810,6 +810,28 @@ def _lights() -> Rows:
     return (light,)
 
 
+def _suns() -> Rows:
+    """n, v and suns all over, most of them near where the surface mirrors them; some at the very peak, some below."""
+    count = 3000
+    n, v = inputs.unit_vectors(count, 71), inputs.unit_vectors(count, 72)
+    v = np.where(dot(n, v)[:, None] < 0, -v, v).astype(np.float32)
+    roughness, radius = inputs.log_uniform(count, 0.05, 1, seed=73), inputs.log_uniform(count, 1e-3, 0.09, seed=74)
+    facet = n + inputs.unit_vectors(count, 75) * (roughness**2 * inputs.log_uniform(count, 1e-2, 10, seed=76))[:, None]
+    facet /= length(facet)[:, None]
+    sun = 2 * dot(v, facet)[:, None] * facet - v
+    sun[:100], v[100:200] = inputs.unit_vectors(100, 77), sun[100:200]
+    return n, v, (sun / length(sun)[:, None]).astype(np.float32), radius, roughness, inputs.uniform(count, 0, 1, (3,), 78)
+
+
+def _sun_bound(n: Any, v: Any, sun: Any, radius: Any, roughness: Any, f0: Any, want: Any) -> Any:
+    """h is off by two roundings over the length of v + sun, and where the lobe is steep, by that over its width; the
+    share shown by one of n.l."""
+    width = np.sqrt(np.asarray(roughness, np.float64) ** 4 + np.asarray(radius, np.float64) ** 2 / 4)
+    both = length(np.asarray(v, np.float64) + np.asarray(sun, np.float64))
+    relative = 40 + 16 / (width * np.maximum(both, 1e-6)) + 4 / np.maximum(np.abs(dot(n, sun)), 1e-6)
+    return EPS * relative[..., None] * want + 1e-30
+
+
 CASES: dict[str, Case] = {
     "color.srgb_from_linear": Case(
         _lights,
@@ -1172,6 +1194,11 @@ CASES: dict[str, Case] = {
         lambda: tuple(inputs.floats(-2, 2)[:, None].T.repeat(1, axis=0)[0] * k for k in (1, 0.7, 0.2)),
         "a quotient of at most 1/2 where it is not clamped, three roundings",
         abs=4 * EPS,
+    ),
+    "sun.sun_reflected": Case(
+        _suns,
+        "a lobe of three products' roundings, steep as it is narrow, of half vectors that cancel towards grazing",
+        abs=_sun_bound,
     ),
     "ggx.dfg_fit": Case(
         _angles_and_roughness,
