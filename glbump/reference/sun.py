@@ -20,15 +20,15 @@ def sun_reflected(
 ) -> F64:
     """(..., 3) radiance towards v per irradiance of a sun: D G2 F / (4 n.v), of unit vectors (..., 3).
 
-    D is GGX's with alpha^2 + (radius / 2)^2 in place of alpha^2: its mean over the half vectors that the sun's disc has
-    about the peak. At most the 1 / (pi radius^2) of a mirror.
+    D is GGX's of two roughnesses, each alpha^2 and the square of how far half vectors of the sun's disc reach along that
+    axis: radius / 2 in the plane of v and the sun, that over v.h across. At most the 1 / (pi radius^2) of a mirror.
     """
-    n, v, l, f0 = (np.asarray(x, np.float64) for x in (n, v, sun_dir, f0))
+    n, v, to_sun, f0 = (np.asarray(x, np.float64) for x in (n, v, sun_dir, f0))
     radius, square = np.asarray(radius, np.float64), np.asarray(roughness, np.float64) ** 4
-    half = v + l
+    half = v + to_sun
     half = half / np.maximum(np.linalg.norm(half, axis=-1, keepdims=True), 1e-30)
-    nl, nv = np.maximum(np.sum(n * l, axis=-1), 0.0), np.maximum(np.sum(n * v, axis=-1), 1e-4)
-    across = np.cross(v, l)
+    nl, nv = np.maximum(np.sum(n * to_sun, axis=-1), 0.0), np.maximum(np.sum(n * v, axis=-1), 1e-4)
+    across = np.cross(v, to_sun)
     across = across / np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-6)
     ahead, aside = square + radius**2 / 4, square + (radius / 2 / np.sum(v * half, axis=-1)) ** 2
     to_side = np.sum(n * across, axis=-1) ** 2

@@ -820,7 +820,8 @@ def _suns() -> Rows:
     facet /= length(facet)[:, None]
     sun = 2 * dot(v, facet)[:, None] * facet - v
     sun[:100], v[100:200] = inputs.unit_vectors(100, 77), sun[100:200]
-    return n, v, (sun / length(sun)[:, None]).astype(np.float32), radius, roughness, inputs.uniform(count, 0, 1, (3,), 78)
+    sun = (sun / length(sun)[:, None]).astype(np.float32)
+    return n, v, sun, radius, roughness, inputs.uniform(count, 0, 1, (3,), 78)
 
 
 def _sun_bound(n: Any, v: Any, sun: Any, radius: Any, roughness: Any, f0: Any, want: Any) -> Any:
