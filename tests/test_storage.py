@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,14 @@ import pytest
 from glbump import reference
 from glbump.contents import Contents
 from glbump.environment import Captured, Chrome, CubeMap, Environment, Fractal, HemiCube, LatLong, Octahedral
+from glbump.errors import LimitError
+from glbump.gl import memory
+from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
 from glbump.maps.colour import linear_from_srgb, srgb_from_linear
 from glbump.maps.light_formats import DISPLAY_ERROR, LIGHT_FORMATS, LightFormat, display_error, fitting
-from glbump.plan import EnvironmentPlan, Plan
+from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
+from glbump.plan.room import texture_bytes
 from glbump.quality import Quality
 from glbump.scene import Material, Scene, Surface
 from glbump.shapes import Sphere
@@ -234,3 +239,60 @@ def test_half_formats_that_need_no_care_are_not_measured(monkeypatch: pytest.Mon
     assert Contents().light_format(LatLong(BRIGHT), "half").exponent == 0
     with pytest.raises(AssertionError, match="measured"):
         Contents().light_format(LatLong(BRIGHT), "srgb8")
+
+
+# ---- room
+
+
+def test_the_bytes_are_said_and_are_those_that_are_kept(context: Context) -> None:
+    for preset, format, name, levels in product(
+        ("fast", "exact"), LIGHT_FORMATS, ("lat-long", "cube", "octahedral"), ("bilinear", "trilinear")
+    ):
+        quality = Quality(preset, texture_format=format, environment_filter=levels)
+        with Renderer(context=context) as fresh:
+            plan = fresh.plan(Scene([], PICTURES[name]), SIZE, quality).environments[0]
+            told = texture_bytes(plan, fresh.contents)
+            fresh.render(Scene([], PICTURES[name]), SIZE, quality)
+            kept = fresh._store.bytes
+        # Borders of tiles are much of a picture as small as this; the smallest levels are rounded.
+        most = 2.0 if preset == "exact" and name == "octahedral" else 1.01
+        assert 0.99 * told <= kept <= most * told, (preset, format, name, levels)
+
+
+@pytest.mark.parametrize(
+    ("able", "words"),
+    [
+        (Capabilities(texture_memory=8_000), r"32x16 pixels, and its textures take 0\.00781 MiB, .* to 16x8, or"),
+        (Capabilities(memory=20_000), r"making its textures take 0\.0195 MiB, of which 0\.0191 MiB are free; .*16x8"),
+        (Capabilities(memory=28_000, is_software=True), r"making its textures take 0\.0273 MiB"),
+    ],
+)
+def test_what_there_is_no_room_for_is_refused_and_what_fits_is_offered(able: Capabilities, words: str) -> None:
+    scene, quality = Scene([], LatLong(BRIGHT)), Quality("balanced", texture_format="float")
+    with pytest.raises(LimitError, match=words):
+        make_plan(scene, quality, SIZE, Contents(), able)
+    # What it offers does fit.
+    make_plan(Scene([], LatLong(BRIGHT[::2, ::2])), quality, SIZE, Contents(), able)
+
+
+def test_the_largest_pictures_say_their_bytes_before_anything_is_made() -> None:
+    """A captured cube of 16384: four halves a texel, with levels."""
+    captured = Scene([Surface(Sphere(), environment=Captured(size=16384))], LatLong(BRIGHT))
+    with pytest.raises(LimitError, match=r"16384x16384 pixels, and its textures take 16 GiB, of which 4 GiB are free"):
+        make_plan(captured, Quality("balanced"), SIZE, Contents(), Capabilities(texture_memory=2**32))
+
+
+@pytest.mark.parametrize("format", LIGHT_FORMATS)
+@pytest.mark.parametrize("preset", ["fast", "balanced", "exact"])
+def test_one_texel_in_every_format(renderer: Renderer, preset: str, format: str) -> None:
+    for environment in (LatLong(BRIGHT[:1, :2]), LatLong(BRIGHT[:1, :1]), CubeMap(CUBE[:, :1, :1])):
+        pixels = renderer.render(ball(environment), (16, 16), Quality(preset, texture_format=format)).pixels
+        assert np.isfinite(pixels).all()
+        assert pixels.min() >= 0.2
+        assert pixels.max() <= 1.0 + DECODED
+
+
+def test_memory_is_what_the_machine_has(context: Context) -> None:
+    free = memory.host_bytes()
+    assert free is None or 2**20 < free < 2**50
+    assert memory.texture_bytes(context) is None or not context.is_software

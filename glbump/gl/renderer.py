@@ -15,6 +15,7 @@ from glbump.contents import Contents, content_keys
 from glbump.environment import Captured
 from glbump.errors import ContextError, LimitError
 from glbump.frame import Frame
+from glbump.gl import memory
 from glbump.gl.capture import Captures, Shown, filled
 from glbump.gl.context import Context, open_context
 from glbump.gl.program import build_program
@@ -100,7 +101,12 @@ class Renderer:
         self._shade_each = self.context.native.entry("glMinSampleShading", ctypes.c_float)
         info = self.context.info
         self.capabilities = Capabilities(
-            info["max_texture_size"], info["max_cube_size"], self.context.is_software, self.context.multisamples
+            max_texture_size=info["max_texture_size"],
+            max_cube_size=info["max_cube_size"],
+            is_software=self.context.is_software,
+            multisamples=self.context.multisamples,
+            memory=memory.host_bytes(),
+            texture_memory=memory.texture_bytes(self.context),
         )
 
     def __enter__(self) -> Renderer:

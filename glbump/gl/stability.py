@@ -241,7 +241,7 @@ PICTURES: tuple[tuple[str, Callable[[Renderer], Errors], float, str], ...] = (
     ("an eye 1.7 above a floor 1e6 wide", _low_eye, 1e-5, "radians"),
     ("near 1, far 1e9, mirrors 1e-4 apart", _depth, 0.0, "of the pixels"),
     ("1024 samples a pixel", _samples, 2.0**-10, "relative"),
-    ("an environment of 1e-6", _dim, 1e-5, "relative"),
+    ("an environment of 1e-6", _dim, 2.0**-10, "relative"),
     ("heights from 0 to 1e6", _steep_heights, 2.0**-8, _LIGHT),
     ("a mesh 1e6 repeats wide", _repeats, 2.0**-13, "repeats"),
     ("levels of 7 texels", _odd_levels, 2.0**-24, "of the whole"),

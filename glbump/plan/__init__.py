@@ -18,6 +18,7 @@ from glbump.plan.choices import (
     SurfacePlan,
 )
 from glbump.plan.environments import brightest, environment_plan, parallax, sky_needs_each
+from glbump.plan.room import require_memory
 from glbump.plan.surfaces import apart, require_drawable, require_uv, surface_plan, world_bounds
 from glbump.quality import Quality
 from glbump.scene import Scene
@@ -49,6 +50,7 @@ def make_plan(
     frame_format = _frame_format(draft)
     multisampled = _is_multisampled(draft, frame_format)
     environments = tuple(environment_plan(draft, i, e) for i, e in enumerate(scene.environments))
+    require_memory(draft, environments)
     for i, surface in enumerate(scene.surfaces):
         require_uv(i, surface, contents)
     boxes = np.array([world_bounds(surface, contents) for surface in scene.surfaces]).reshape(-1, 2, 3)

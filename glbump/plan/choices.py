@@ -43,7 +43,8 @@ NO_PARALLAX, BOX, SPHERICAL = range(3)
 @dataclass(frozen=True)
 class Capabilities:
     """What the driver can do, as far as a plan depends on it. multisamples: most samples a pixel that one pass draws,
-    and shades one by one; 0 where a driver cannot."""
+    and shades one by one; 0 where a driver cannot. memory, texture_memory: bytes free in the machine, and on
+    the graphics card; None where that is not known."""
 
     max_texture_size: int = 16384
     max_cube_size: int = 16384
@@ -54,6 +55,8 @@ class Capabilities:
 @dataclass(frozen=True)
 class Choice:
     """One decision: what, how, why."""
+    memory: int | None = None
+    texture_memory: int | None = None
 
     what: str
     value: str
