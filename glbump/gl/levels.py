@@ -47,8 +47,8 @@ _FORMATS = {
     ("nu2", 2): (0x822C, _RG),
     ("nu2", 3): (0x8054, _RGB),
     ("rgb10", 1): (0x8059, _RGBA),
-}
     ("srgb8", 3): (0x8C41, _RGB),
+}
 
 
 def texture_2d(context: Context, levels: Sequence[npt.NDArray[Any]], dtype: str) -> moderngl.Texture:

@@ -50,13 +50,13 @@ class Capabilities:
     max_cube_size: int = 16384
     is_software: bool = False
     multisamples: int = 0
+    memory: int | None = None
+    texture_memory: int | None = None
 
 
 @dataclass(frozen=True)
 class Choice:
     """One decision: what, how, why."""
-    memory: int | None = None
-    texture_memory: int | None = None
 
     what: str
     value: str
