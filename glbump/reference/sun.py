@@ -20,7 +20,7 @@ def sun_reflected(
 ) -> F64:
     """(..., 3) radiance towards v per irradiance of a sun: D G2 F / (4 n.v), of unit vectors (..., 3).
 
-    D is GGX's of two roughnesses, each alpha^2 and the square of how far half vectors of the sun's disc reach along that
+    D is GGX's of two roughnesses, each alpha^2 and the square of how far half vectors of the disc reach along that
     axis: radius / 2 in the plane of v and the sun, that over v.h across. At most the 1 / (pi radius^2) of a mirror.
     """
     n, v, to_sun, f0 = (np.asarray(x, np.float64) for x in (n, v, sun_dir, f0))

@@ -10,7 +10,7 @@
 // over v.h wide across. The mean of D over a disc of radius R about its peak is that of (alpha^2 + x^2)^-2 alpha^2 / pi,
 // which is 1 / (pi (alpha^2 + R^2)): the peak of a lobe of alpha^2 + R^2. So along each axis the square of its half
 // length is added, as variances are (Tokuyoshi and Kaplanyan 2019). Error against the integral over the disc, of the
-// highlight's peak, n.v from 0.2: 0.1 for radii up to alpha, 0.2 up to 2 alpha; wider suns keep too soft an edge, off by
+// highlight's peak, n.v from 0.2: 0.12 for radii up to alpha, 0.2 up to 2 alpha; wider suns keep too soft an edge, off by
 // up to 0.7 there. Never more than of a mirror, which shows the sun itself.
 vec3 sun_reflected(vec3 n, vec3 v, vec3 sun_dir, float radius, float roughness, vec3 f0) {
     const float PI = 3.14159265358979323846;
