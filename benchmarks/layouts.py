@@ -16,9 +16,9 @@ from glbump.maps.layout import (
     Layout,
     above,
     completed,
-    environment_levels,
     texel_dirs,
 )
+from glbump.maps.levels import environment_levels
 
 F64 = npt.NDArray[np.float64]
 

@@ -132,7 +132,7 @@ ENVIRONMENTS = {
 }
 
 
-def coded_levels(picture: EnvironmentMap) -> list[npt.NDArray[np.float32]]:
+def coded_levels(picture: EnvironmentMap, how: str = "box") -> list[npt.NDArray[np.float32]]:
     """Every level holds its number, and every tile its own."""
     levels = []
     for number, level in enumerate(chain(picture.pixels)):

@@ -23,12 +23,11 @@ from glbump.maps.layout import (
     PARABOLOID,
     EnvironmentMap,
     completed,
-    environment_levels,
-    level_sizes,
     sheet,
     sheet_corners,
     texel_dirs,
 )
+from glbump.maps.levels import environment_levels, level_sizes
 from glbump.plan import Capabilities, make_plan
 from glbump.quality import KNOBS, Quality
 from glbump.scene import Material, Scene, Surface

@@ -15,7 +15,8 @@ from glbump.contents import Contents, bump_key, environment_key, shape_key
 from glbump.environment import Environment
 from glbump.gl.context import Context
 from glbump.gl.levels import cube_texture, texture_2d
-from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, environment_levels, resampled, sheet
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, resampled, sheet
+from glbump.maps.levels import environment_levels
 from glbump.maps.light_formats import LIGHT_FORMATS
 from glbump.maps.pyramid import chain
 from glbump.mesh import in_frame, in_repeats, outline

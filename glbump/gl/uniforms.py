@@ -16,7 +16,8 @@ from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.gl.textures import MeshBuffers
 from glbump.maps.bump_formats import code_range
-from glbump.maps.layout import EnvironmentMap, level_sizes, sheet_corners
+from glbump.maps.layout import EnvironmentMap, sheet_corners
+from glbump.maps.levels import level_sizes
 from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, GENERAL, MESH

@@ -15,7 +15,8 @@ from glbump.maps.detect import detect
 from glbump.maps.facefiles import STYLES, face_files
 from glbump.maps.files import DISPLAY_SUFFIXES, LINEAR_SUFFIXES, check_target, check_writable, write_picture
 from glbump.maps.images import read_colour
-from glbump.maps.layout import CUBE, HEMICUBE, LAYOUTS, EnvironmentMap, Layout, environment_levels, inside
+from glbump.maps.layout import CUBE, HEMICUBE, LAYOUTS, EnvironmentMap, Layout, inside
+from glbump.maps.levels import environment_levels
 from glbump.maps.overlap import Grid
 from glbump.maps.pictured import environment_of, picture_of
 from glbump.maps.stored import require_size

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from glbump.maps import projections, pyramid
+from glbump.maps import projections
 from glbump.maps.cube import bilinear, by_pieces, face_dir, face_of, pad
 from glbump.maps.projections import Place
 
@@ -289,17 +289,6 @@ def resampled(environment: EnvironmentMap, layout: Layout, size: int) -> Environ
     _, height, width = layout.shape(size)
     pixels = sample(environment, texel_dirs(layout, (width, height))).astype(np.float32)
     return EnvironmentMap(layout, pixels, notes=environment.notes)
-
-
-def environment_levels(environment: EnvironmentMap) -> list[F32]:
-    """Mip levels (tiles, h, w, 3) by box averages, the environment's own texels first, tiles of one texel last."""
-    return pyramid.chain(environment.pixels)
-
-
-def level_sizes(environment: EnvironmentMap) -> list[tuple[int, int]]:
-    """Width and height of a tile in each of environment_levels."""
-    width, height = environment.size
-    return [(max(width >> i, 1), max(height >> i, 1)) for i in range(max(width, height).bit_length())]
 
 
 def sheet_corners(tiles: int, sizes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

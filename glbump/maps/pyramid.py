@@ -6,6 +6,7 @@ by the length it covers (polyphase box weights; Guthe and Heckbert, NVIDIA TR-01
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,127 @@ def chain(array: npt.NDArray[Any], most: int = 64) -> list[F32]:
         exact = _halve(exact)
         levels.append(exact.astype(np.float32))
     return levels
+
+
+def parts(n: int) -> tuple[int, int]:
+    """Texels of the level after one of n texels, and how many of the n each covers, wholly or in part."""
+    return (1, 1) if n == 1 else (n // 2, 2 + n % 2)
+
+
+def part_edges(n: int) -> F64:
+    """The edges, in 0..1, of all parts of n texels that fall to different texels of the next level, in order."""
+    m, _ = parts(n)
+    fine = np.arange(n + 1) / n
+    return fine if n % 2 == 0 or n == 1 else np.sort(np.concatenate([fine, np.arange(1, m) / m]))
+
+
+_BAND = 1 << 15
+"""Values of a level that are made at a time, so that float64 sums stay in the second-level cache."""
+
+
+def merge(texels: npt.NDArray[Any], weights: F64) -> F64:
+    """The next level of texels (tiles, H, W, C), by weights (tiles or 1, h, p, w or 1, q) of the p x q texels that each
+    of the next level covers (`parts`): (tiles, h, w, C) float64. Where all weights are 0, texels count alike."""
+    tiles, height, width, channels = texels.shape
+    (h, p), (w, q) = parts(height), parts(width)
+    result = np.empty((tiles, h, w, channels))
+    band = max(1, _BAND // (w * channels))
+    total = weights.sum(axis=(2, 4))
+    shares = weights / np.where(total > 0, total, 1.0)[:, :, None, :, None]
+    shares += np.where(total > 0, 0.0, 1 / (p * q))[:, :, None, :, None]
+    for tile in range(tiles):
+        share = shares[tile if len(shares) > 1 else 0]
+        for top in range(0, h, band):
+            rows = slice(top, min(top + band, h))
+            values = result[tile, rows]
+            _merge_band(texels[tile, 2 * top :], share[rows], values)
+    return result
+
+
+def _merge_band(texels: npt.NDArray[Any], shares: F64, values: F64) -> None:
+    """Fill `values` (h, w, C) from the first texels (H, W, C) by shares (h, p, w or 1, q)."""
+    h, w, channels = values.shape
+    for i in range(shares.shape[1]):
+        for j in range(shares.shape[3]):
+            # Channel by channel: NumPy is three times slower where a short last axis meets a broadcast weight.
+            for c in range(channels):
+                part = texels[i : i + 2 * h - 1 : 2, j : j + 2 * w - 1 : 2, c]
+                if i == j == 0:
+                    np.multiply(part, shares[:, i, :, j], out=values[..., c])
+                else:
+                    values[..., c] += part * shares[:, i, :, j]
+
+
+# ------------------------------------------------------------ Kaiser
+
+
+_ALPHA, _HALF_WIDTH = 4.0, 3.0
+
+
+def _kaiser(x: F64) -> F64:
+    """sinc(x) under a Kaiser window of alpha 4 that ends at 3 texels of the coarser level (Castano's choice)."""
+    inside = np.maximum(1 - (x / _HALF_WIDTH) ** 2, 0.0)
+    window = np.where(np.abs(x) < _HALF_WIDTH, np.i0(_ALPHA * np.sqrt(inside)) / np.i0(_ALPHA), 0.0)
+    return np.sinc(x) * window
+
+
+def kaiser_margin(n: int) -> int:
+    """Texels beyond each end of n that the kernel reads."""
+    return math.ceil(_HALF_WIDTH * n / parts(n)[0])
+
+
+def _kaiser_taps(n: int) -> F64:
+    """(n // 2, taps): shares of the texels 2 i - margin, 2 i - margin + 1 ... in texel i, whose sum is 1.
+
+    Each is the kernel's mean over the texel, of 32 places: at odd sizes it lies elsewhere from texel to texel.
+    """
+    m, _ = parts(n)
+    ratio, margin = n / m, kaiser_margin(n)
+    i = np.arange(m)[:, None, None]
+    at = 2 * i - margin + np.arange(2 * margin + 2 + n % 2)[None, :, None] + (np.arange(32) + 0.5) / 32
+    shares = _kaiser(at / ratio - (i + 0.5)).mean(axis=-1)
+    result: F64 = shares / shares.sum(axis=1, keepdims=True)
+    return result
+
+
+def kaiser_inner(array: F64, size: tuple[int, int]) -> F64:
+    """The next level of tiles of `size` (width, height) from (tiles, H + 2 m, W + 2 n, C) float64, with as many texels
+    beyond their edges as `kaiser_margin` says; an axis of one value has that all along."""
+    tiles, rows, columns, channels = array.shape
+    down, right = (
+        np.ones((1, 1)) if extent == 1 else _kaiser_taps(n) for extent, n in ((rows, size[1]), (columns, size[0]))
+    )
+    result = np.empty((tiles, len(down), len(right), channels))
+    band = max(1, _BAND // (columns * channels))
+    for top in range(0, len(down), band):
+        shares = down[top : top + band]
+        for tile in range(tiles):
+            # Columns first, for long runs of numbers side by side.
+            by_columns = np.ascontiguousarray(_weighed(array[tile, 2 * top :], shares).transpose(1, 2, 0))
+            narrowed = _weighed(by_columns, right)
+            result[tile, top : top + band] = narrowed.transpose(2, 0, 1)
+    return result
+
+
+def _weighed(a: F64, shares: F64) -> F64:
+    """Sums over the first axis: (i, ...) of shares (i, taps) times what lies from 2 i on."""
+    result = np.zeros((len(shares), *a.shape[1:]))
+    for tap in np.flatnonzero(shares.any(axis=0)):
+        result += _along(shares[:, tap], a.ndim) * a[tap : tap + 2 * len(shares) - 1 : 2]
+    return result
+
+
+def kaiser(array: npt.NDArray[Any], *, wraps: bool) -> F64:
+    """The next level of (H, W, C) by a Kaiser kernel of alpha 4 and width 3 (of a side): (h, w, C) float64.
+
+    Sharper than the box, and it rings: beside an edge values go past both of its sides by up to a tenth of the step,
+    so that what must not be negative is to be clipped, and squares do not give covariances. Its sum over texels is the
+    picture's where sizes are even and it repeats. wraps: the picture repeats; else its edge goes on beyond it.
+    """
+    height, width, _ = array.shape
+    beyond = [(kaiser_margin(n) if n > 1 else 0,) * 2 for n in (height, width)]
+    padded = np.pad(array.astype(np.float64), [*beyond, (0, 0)], mode="wrap" if wraps else "edge")
+    return kaiser_inner(padded[None], (width, height))[0]
 
 
 def slope_moments(slopes: npt.NDArray[Any], most: int = 64) -> list[tuple[F32, F32]]:

@@ -20,7 +20,8 @@ from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.errors import SceneError
 from glbump.frame import Frame
 from glbump.maps import cube
-from glbump.maps.layout import EnvironmentMap, environment_levels, sample
+from glbump.maps.layout import EnvironmentMap, sample
+from glbump.maps.levels import environment_levels
 from glbump.maps.light_formats import Fit
 from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
