@@ -36,7 +36,7 @@ def compare(
     of either is not opaque, alpha counts as a fourth channel. where: the pixels to count, (H, W); without it all.
     display: sRGB-encoded values, 0..1 after clipping; otherwise linear values as they are, with no flip and ssim.
 
-    - max, mean, p99: of each pixel's largest channel difference
+    - max, mean, p99, p999: of each pixel's largest channel difference
     - worst: [row, column] of that maximum, row 0 on top
     - rmse: over all channels; psnr: in dB for a peak of 1, None for equal pictures
     - flip: mean FLIP (Andersson et al. 2020, low dynamic range, 67.02 pixels per degree), 0 is equal
@@ -58,6 +58,7 @@ def compare(
         "max": float(of_pixels.max()),
         "mean": float(of_pixels.mean(dtype=np.float64)),
         "p99": float(np.percentile(of_pixels, 99)),
+        "p999": float(np.percentile(of_pixels, 99.9)),
         "worst": [int(row), int(column)],
         "rmse": rmse,
         "psnr": float(-20 * np.log10(rmse)) if rmse > 0 else None,

@@ -1,0 +1,186 @@
+"""What one setting of the knobs costs and how far off it is: against the truth, and in turns with a base setting."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from glbump.gl.renderer import Renderer
+from glbump.gl.targets import read
+from glbump.plan import Plan
+from glbump.quality import Quality, quality_of
+from glbump.scene import Scene
+from glbump.trade.errors import errors
+from glbump.trade.timing import in_turns, ratios, spread
+from glbump.trade.truth import Truth
+
+F32 = npt.NDArray[np.float32]
+
+LEAST_TURNS, MOST_TURNS = 5, 25
+TURNS_SECONDS = 1.5
+"""What the turns of one setting may take, as far as LEAST_TURNS are done."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One setting, measured. error: as errors.FIGURES has it. plan: choices by name. pixels: (H, W, 4) linear.
+
+    cost: ready for JSON; milliseconds, as medians with quartiles where there are several.
+    - frame, draw, read: of a frame that stands still: all of it, its drawing until it is finished, its read-back
+    - times: a frame's time over the base's in the same turn; cpu: the same of the CPU's time, all threads
+    - gpu: of the draw by the GPU's own clock; null where the driver is software. Where it is there, times is of it
+    - open, set_up, upload, first_draw: of a first picture in this process, opening the context, reading files and
+      planning, compiling and making and uploading maps, the first draw with what drivers leave until then; first: all
+    - bytes: of textures and vertices. turns: how many
+    """
+
+    quality: Quality
+    plan: dict[str, str]
+    error: dict[str, float | None]
+    cost: dict[str, Any]
+    pixels: F32
+
+
+@dataclass
+class _Clock:
+    """Milliseconds of each frame."""
+
+    frame: list[float]
+    draw: list[float]
+    read: list[float]
+    gpu: list[float]
+
+
+class Bench:
+    """Measures settings of one scene at one size, all in turns with the same base setting. Use it in a `with`.
+
+    base: what all others are measured beside. truth: of the scene, as `find_truth` finds it; it may be set later.
+    """
+
+    def __init__(
+        self, scene: Scene, size: tuple[int, int], base: str | Quality = "balanced", backend: str = "auto"
+    ) -> None:
+        self.scene, self.size, self.base = scene, size, quality_of(base)
+        self._backend = backend
+        self.renderer = Renderer(backend)
+        self.truth: Truth | None = None
+
+    def __enter__(self) -> Bench:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.renderer.release()
+
+    @property
+    def driver(self) -> str:
+        """Who draws: the renderer's and the version's string."""
+        info = self.renderer.context.info
+        return f"{info['renderer']}, {info['version']}"
+
+    @property
+    def has_gpu_clock(self) -> bool:
+        """Whether draws are timed by timer queries; drivers in software have none that mean anything."""
+        return not self.renderer.context.is_software
+
+    def plan(self, quality: Quality, scene: Scene | None = None) -> Plan:
+        """What would be drawn."""
+        return self.renderer.plan(scene or self.scene, self.size, quality)
+
+    def measure(self, quality: Quality, scene: Scene | None = None, *, turns: int | None = None) -> Measured:
+        """One setting, beside the base. scene: another, whose truth is the same. turns: as many as time allows, unless
+        given. Raises what `Renderer.render` raises."""
+        assert self.truth is not None, "set `truth` first"
+        shown = scene or self.scene
+        first, renderer = self._first(shown, quality)
+        with renderer:
+            plan = renderer.plan(shown, self.size, quality)
+            pixels = renderer.render(shown, self.size, quality).pixels
+            size = int(renderer.render(shown, self.size, quality).stats["bytes"])
+            cost = first | self._steady(renderer, shown, quality, turns) | {"bytes": size}
+        error = errors(pixels, self.truth.pixels, several=self.truth.several)
+        return Measured(quality, {c.what: c.value for c in plan.choices}, error, cost, pixels)
+
+    def _first(self, scene: Scene, quality: Quality) -> tuple[dict[str, float], Renderer]:
+        """What the first picture of a new renderer takes, in milliseconds, and that renderer."""
+        marks = [time.perf_counter()]
+        renderer = Renderer(self._backend)
+        try:
+            marks.append(time.perf_counter())
+            renderer.plan(scene, self.size, quality)
+            marks.append(time.perf_counter())
+            drawn = renderer.draw(scene, self.size, quality)
+            assert drawn is not None
+            renderer.context.gl.finish()
+            marks.append(time.perf_counter())
+            read(drawn.frame)
+            marks.append(time.perf_counter())
+        except BaseException:
+            renderer.release()
+            raise
+        opened, set_up, drew, _ = (1e3 * (b - a) for a, b in pairwise(marks))
+        upload = drawn.stats["ms"]["plan and upload"]
+        all_of_it = 1e3 * (marks[-1] - marks[0])
+        return {
+            "open": opened,
+            "set_up": set_up,
+            "upload": upload,
+            "first_draw": drew - upload,
+            "first": all_of_it,
+        }, renderer
+
+    def _steady(self, renderer: Renderer, scene: Scene, quality: Quality, turns: int | None) -> dict[str, Any]:
+        """Frames that stand still, in turns with the base's."""
+        clocks = {"base": _Clock([], [], [], []), "this": _Clock([], [], [], [])}
+        calls: dict[str, Callable[[], object]] = {
+            "base": lambda: self._frame(self.renderer, self.scene, self.base, clocks["base"]),
+            "this": lambda: self._frame(renderer, scene, quality, clocks["this"]),
+        }
+        in_turns(calls, 1, warm_up=1)
+        if turns is None:
+            pair = 1e-3 * sum(clock.frame[-1] for clock in clocks.values())
+            turns = min(max(int(TURNS_SECONDS / pair), LEAST_TURNS), MOST_TURNS)
+        times = in_turns(calls, turns, warm_up=0)
+        base, this = (
+            _Clock(*(part[-turns:] for part in (c.frame, c.draw, c.read, c.gpu)))
+            for c in (clocks["base"], clocks["this"])
+        )
+        by_gpu = self.has_gpu_clock
+        cpu = [max(t, 1e-9) for t in times["base"].cpu]
+        return {
+            "turns": turns,
+            "clock": "GPU timer" if by_gpu else "wall clock",
+            "frame": asdict(spread(this.frame)),
+            "draw": asdict(spread(this.draw)),
+            "read": asdict(spread(this.read)),
+            "gpu": asdict(spread(this.gpu)) if by_gpu else None,
+            "times": asdict(ratios(this.gpu, base.gpu) if by_gpu else ratios(this.frame, base.frame)),
+            "cpu": asdict(ratios(times["this"].cpu, cpu)),
+        }
+
+    def _frame(self, renderer: Renderer, scene: Scene, quality: Quality, clock: _Clock) -> None:
+        """One frame, timed. The drawing is waited for, so that the read-back is none of it."""
+        gl = renderer.context.gl
+        renderer.context.check("time a frame")
+        query = gl.query(time=True) if self.has_gpu_clock else None
+        started = time.perf_counter()
+        if query is None:
+            drawn = renderer.draw(scene, self.size, quality)
+        else:
+            with query:
+                drawn = renderer.draw(scene, self.size, quality)
+        assert drawn is not None
+        gl.finish()
+        finished = time.perf_counter()
+        read(drawn.frame)
+        over = time.perf_counter()
+        if query is not None:
+            clock.gpu.append(query.elapsed / 1e6)
+        clock.frame.append(1e3 * (over - started))
+        clock.draw.append(1e3 * (finished - started))
+        clock.read.append(1e3 * (over - finished))
