@@ -7,14 +7,14 @@ import os
 import sys
 import threading
 import weakref
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import moderngl
 
 from glbump.errors import ContextError, unknown
 from glbump.gl.native import Native, RouteError
-from glbump.gl.ways import Attempt, table, ways
+from glbump.gl.ways import Attempt, Way, table, ways, window
 
 BACKENDS = ("auto", "egl", "osmesa", "window")
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer")
@@ -103,6 +103,16 @@ class Context:
             )
         self.make_current()
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether the driver has reset the GPU, and all that was on it is gone."""
+        name = "glGetGraphicsResetStatus"
+        if self.gl.version_code < 450:
+            if "GL_ARB_robustness" not in self.gl.extensions:
+                return False
+            name += "ARB"
+        return bool(ctypes.CFUNCTYPE(ctypes.c_uint)(self.native.load_opengl_function(name))())
+
     def unbind(self) -> None:
         """Leave the framebuffer in use. Due before that one is released: moderngl 5.13 goes on to bind its name,
         which is an OpenGL error when the next framebuffer is made."""
@@ -171,15 +181,8 @@ def open_context(backend: str = "auto", device: int | None = None, require: int 
     ContextError: a wrong argument (one line), or no way led to a context (a table of what was tried, what
     each library said, and what mends it).
     """
-    global _first_process
     backend, device = _chosen(backend, device)
-    if _first_process not in (None, os.getpid()):
-        raise ContextError(f"cannot open OpenGL in a process forked from one that had opened it; {SPAWN}")
-    opened = next((context.backend for context in _open), "auto")
-    if opened != "auto" and backend not in ("auto", opened):
-        # Mesa's libraries share one dispatch table: the one's calls would draw into the other's textures.
-        raise ContextError(f"cannot open {backend} while {opened} is open: use it, or release it, or another process")
-    _first_process = os.getpid()
+    opened = _require_one_backend(backend)
     failed: list[Attempt] = []
     for way in ways(opened if backend == "auto" else backend, device):
         if isinstance(way, Attempt):
@@ -194,6 +197,35 @@ def open_context(backend: str = "auto", device: int | None = None, require: int 
             return context
     wanted = f"OpenGL {require // 100}.{require // 10 % 10} core, backend {backend}"
     raise ContextError(f"no OpenGL context ({wanted}); tried:\n{table(failed)}")
+
+
+def open_window(size: tuple[int, int], title: str) -> Context:
+    """The context of a window that is seen, with OpenGL 3.3 or newer. size: wanted, in the window system's units.
+
+    ContextError, one line: there is no display, or no such OpenGL in its windows.
+    """
+    _require_one_backend("window")
+    way = Way("window", "glfw", partial(window, size=size, title=title, visible=True))
+    try:
+        context = Context(way.open(330), way.route)
+    except RouteError as error:
+        raise ContextError(f"no window can be opened: {error}; glbump render draws without one") from None
+    _open.add(context)
+    return context
+
+
+def _require_one_backend(wanted: str) -> str:
+    """The backend that is open in this process, "auto" for none; ContextError where `wanted` is another, or where the
+    process was forked from one that had opened any."""
+    global _first_process
+    if _first_process not in (None, os.getpid()):
+        raise ContextError(f"cannot open OpenGL in a process forked from one that had opened it; {SPAWN}")
+    opened = next((context.backend for context in _open), "auto")
+    if opened != "auto" and wanted not in ("auto", opened):
+        # Mesa's libraries share one dispatch table: the one's calls would draw into the other's textures.
+        raise ContextError(f"cannot open {wanted} while {opened} is open: use it, or release it, or another process")
+    _first_process = os.getpid()
+    return opened
 
 
 def _chosen(backend: str, device: int | None) -> tuple[str, int | None]:

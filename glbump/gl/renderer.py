@@ -85,12 +85,19 @@ class Renderer:
     can be had. Programs, textures and targets are kept between frames and freed when other scenes need the room.
     """
 
-    def __init__(self, backend: str = "auto", device: int | None = None, *, context: Context | None = None) -> None:
-        """context: one that is open already, and stays its owner's to release."""
+    def __init__(
+        self,
+        backend: str = "auto",
+        device: int | None = None,
+        *,
+        context: Context | None = None,
+        contents: Contents | None = None,
+    ) -> None:
+        """context: one that is open already, and stays its owner's to release. contents: maps already read."""
         self.context = context or open_context(backend, device)
         self._owns_context = context is None
         self._released = False
-        self.contents = Contents()
+        self.contents = contents or Contents()
         self._store = Store(self.context, self.contents)
         self._programs: dict[Hashable, Uniforms] = {}
         self._captures = Captures(self.context, self._captured_face, self._store.forget)

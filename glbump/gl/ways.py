@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from glbump.gl import egl
 from glbump.gl.native import Native, RouteError
@@ -65,7 +66,7 @@ def ways(backend: str = "auto", device: int | None = None) -> Iterator[Way | Att
 
         yield Way("osmesa", osmesa.LIBRARIES[0], osmesa.OsmesaContext)
     if backend == "window":
-        yield Way("window", "glfw", _window)
+        yield Way("window", "glfw", window)
 
 
 def _egl_ways(device: int | None) -> Iterator[Way | Attempt]:
@@ -89,12 +90,13 @@ def _egl_ways(device: int | None) -> Iterator[Way | Attempt]:
         yield Attempt(f"egl device {device}", library.name, missing, "leave the device out, or name one of those")
 
 
-def _window(require: int) -> Native:
+def window(require: int, **options: Any) -> Native:
+    """The context of a window; options: of WindowContext."""
     try:
         from glbump.gl.window import WindowContext
     except ImportError as error:
         raise RouteError(str(error), "install it: pip install glfw") from None
-    return WindowContext(require)
+    return WindowContext(require, **options)
 
 
 def table(attempts: Sequence[Attempt]) -> str:

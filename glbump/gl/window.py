@@ -25,7 +25,7 @@ def _quiet() -> Iterator[None]:
 
 def _failure(what: str, *, refused: bool = False) -> RouteError:
     code, text = glfw.get_error()
-    reason = text.decode() if isinstance(text, bytes) else text or "no reason given"
+    reason = (text.decode() if isinstance(text, bytes) else text or "no reason given").strip()
     return RouteError(f"{what} failed: {reason} ({code:#x})", MEND, refused=refused)
 
 
@@ -38,7 +38,10 @@ class WindowContext(Native):
     def __init__(
         self, require: int, *, size: tuple[int, int] = (16, 16), title: str = "glbump", visible: bool = False
     ) -> None:
-        hints: dict[int, int] = {glfw.VISIBLE: visible}
+        # A reset of the GPU is to be told, not to end the process; drivers that cannot ignore the wish.
+        hints: dict[int, int] = {glfw.VISIBLE: visible, glfw.CONTEXT_ROBUSTNESS: glfw.LOSE_CONTEXT_ON_RESET}
+        # Frames come with samples and depth of their own: the window needs neither.
+        hints |= {glfw.DEPTH_BITS: 0, glfw.STENCIL_BITS: 0, glfw.SAMPLES: 0, glfw.SCALE_TO_MONITOR: True}
         if require:
             hints |= {
                 glfw.CONTEXT_VERSION_MAJOR: require // 100,
