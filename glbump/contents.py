@@ -177,7 +177,7 @@ class Contents:
 
     def gloss(self, environment: Environment, size: int, samples: int) -> list[F32]:
         """The roughness chain: (6, n, n, 3) for each level, level i for roughness i / (levels - 1)."""
-        from glbump.maps.prefilter import gloss_chain
+        from glbump.maps.gloss import gloss_chain
 
         result: list[F32] = self._get(
             ("gloss", environment_key(environment), size, samples),

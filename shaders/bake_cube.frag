@@ -1,18 +1,25 @@
-// A lat-long picture to the six faces of a cube, one above the other: target N wide, 6 N high.
+// A lat-long picture to the six faces of a cube, one above the other: target N wide, 6 N high. Each texel is the mean of
+// across x across bilinear reads.
 
 #include "environment_input.glsl"
 
 uniform int face_size;
+uniform int across;
 
 out vec4 color;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     int face = at.y / face_size;
-    vec2 st = (vec2(at.x, at.y - face * face_size) + 0.5) / float(face_size);
-    vec2 place = latlong_uv(cube_dir(face, st));
+    vec2 corner = vec2(at.x, at.y - face * face_size);
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < across * across; i++) {
+        vec2 within = (vec2(i % across, i / across) + 0.5) / float(across);
+        vec2 place = latlong_uv(cube_dir(face, (corner + within) / float(face_size)));
 #if ENVIRONMENT_BORDER
-    place = place * border.xy + border.zw;
+        place = place * border.xy + border.zw;
 #endif
-    color = vec4(textureLod(environment, place, 0.0).rgb, 1.0);
+        sum += textureLod(environment, place, 0.0).rgb;
+    }
+    color = vec4(sum / float(across * across), 1.0);
 }

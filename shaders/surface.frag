@@ -26,13 +26,13 @@
 #if BUMP
 #include "bump_input.glsl"
 #endif
-#if LIGHT == GLOSSY
-#include "lib/ggx.glsl"
-#endif
 #if PARALLAX
 #include "room.glsl"
 uniform mat3 room_from_object;
 uniform vec3 origin_room;
+#endif
+#if LIGHT == GLOSSY
+#include "gloss_input.glsl"
 #endif
 
 #if DIRECTION == BY_POINT
@@ -70,23 +70,20 @@ uniform vec3 corners[4];
 uniform vec3 f0;
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
 uniform vec3 f0;
-#if DIFFUSE || TRANSMISSION
+#if DIFFUSE || TRANSMISSION || LIGHT == GLOSSY
 uniform vec3 dielectric_f0;
 #endif
 #if DIFFUSE
 uniform vec3 diffuse_color;
 uniform vec3 sh[9];
 #endif
-#if TRANSMISSION
-uniform vec3 transmitted_color;
+#if TRANSMISSION || LIGHT == GLOSSY
 uniform vec3 base_color;
 uniform float metallic;
-uniform float ior;
 #endif
-#if LIGHT == GLOSSY
-uniform samplerCube gloss;
-uniform float gloss_level;
-uniform float roughness;
+#if TRANSMISSION
+uniform vec3 transmitted_color;
+uniform float ior;
 #endif
 #endif
 
@@ -272,12 +269,8 @@ vec3 mirrored(vec3 p_room, vec3 dir_env) {
 #if PARALLAX
     dir_env = in_room(p_room, dir_env);
 #endif
-#if LIGHT == GLOSSY
-    vec3 radiance = textureLod(gloss, dir_env, gloss_level).rgb;
-#if EXPOSURE
-    radiance *= exposure_factor;
-#endif
-    return radiance;
+#if LIGHT == GLOSSY && GLOSS == CHAIN
+    return blurred_radiance(dir_env, roughness);
 #else
     return environment_radiance(dir_env, footprint_x(dir_env), footprint_y(dir_env));
 #endif
@@ -303,10 +296,11 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) 
     return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look_env);
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
 #if LIGHT == GLOSSY
-    look_env = lobe_dir(n_env, look_env, roughness);
-    vec3 share = glossy_share(f0, n_dot_v, roughness);
+    vec2 factors = lobe_factors(n_dot_v, roughness);
+    vec3 dielectric = glossy_share(dielectric_f0, factors);
+    vec3 share = mix(dielectric, glossy_share(base_color, factors), metallic);
 #if DIFFUSE || TRANSMISSION
-    vec3 kept = 1.0 - glossy_share(dielectric_f0, n_dot_v, roughness);
+    vec3 kept = 1.0 - dielectric;
 #endif
 #if TRANSMISSION
     // All of it from the critical angle on, which a fit of smooth curves does not know.
@@ -324,7 +318,23 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) 
     vec3 kept = 1.0 - fresnel_schlick(dielectric_f0, n_dot_v);
 #endif
 #endif
+#if LIGHT == GLOSSY && GLOSS == SAMPLED
+    vec3 through_env = refract_dir(dir_env, n_env, eta);
+#if LOOKUP == BY_NORMAL
+    LobeLight lobe = lobe_light(p_room, n_env, n_env, geometry_env, roughness, f0, eta, look_env, through_env);
+#if TRANSMISSION
+    lobe.through =
+        lobe_light(p_room, -dir_env, n_env, geometry_env, roughness, f0, eta, look_env, through_env).through;
+#endif
+#else
+    LobeLight lobe = lobe_light(p_room, -dir_env, n_env, geometry_env, roughness, f0, eta, look_env, through_env);
+#endif
+    vec3 result = share * lobe.mirrored;
+#elif LIGHT == GLOSSY
+    vec3 result = share * mirrored(p_room, lobe_dir(n_env, look_env, roughness));
+#else
     vec3 result = share * mirrored(p_room, look_env);
+#endif
 #if DIFFUSE
     vec3 irradiance = sh9_irradiance(n_env, sh);
 #if EXPOSURE
@@ -332,7 +342,9 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) 
 #endif
     result += kept * diffuse_color * irradiance;
 #endif
-#if TRANSMISSION
+#if TRANSMISSION && LIGHT == GLOSSY && GLOSS == SAMPLED
+    result += kept * transmitted_color * lobe.through;
+#elif TRANSMISSION
     vec3 through_env = refract_dir(dir_env, n_env, eta);
 #if BUMP
     through_env = above_surface(through_env, -geometry_env);

@@ -13,10 +13,10 @@ from glbump.errors import LimitError
 from glbump.maps import cube, layout
 from glbump.maps.cube import solid_angles, texel_directions
 from glbump.maps.diffuse import sh9
+from glbump.maps.gloss import area_faces, gloss_chain
 from glbump.maps.images import read_colour
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir
 from glbump.maps.pictured import environment_of
-from glbump.maps.prefilter import area_faces, gloss_chain
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 

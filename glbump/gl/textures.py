@@ -197,14 +197,33 @@ class Store:
     def gloss(self, plan: EnvironmentPlan) -> moderngl.TextureCube:
         """An environment's roughness chain."""
         assert plan.gloss is not None
-        size, samples = plan.gloss
+        size, samples, drawn = plan.gloss
 
         def make() -> tuple[Any, int]:
-            chain = self._contents.gloss(plan.environment, size, samples)
+            if drawn:
+                from glbump.gl.bake import gloss_chain
+
+                chain = gloss_chain(self._context, self._contents.environment(plan.environment), size, samples)
+            else:
+                chain = self._contents.gloss(plan.environment, size, samples)
             return self.panorama(CUBE, chain, plan.texture_format, plan.pre_exposure)
 
         key = ("gloss", environment_key(plan.environment), plan.gloss, plan.texture_format, plan.pre_exposure)
         result: moderngl.TextureCube = self._get(key, make)
+        return result
+
+    def lobe_factors(self) -> moderngl.Texture:
+        """The table of split-sum factors."""
+
+        def make() -> tuple[Any, int]:
+            from glbump.maps.dfg import table
+
+            texels = table()
+            texture = texture_2d(self._context, [texels], "f2")
+            texture.repeat_x = texture.repeat_y = False
+            return texture, texels.nbytes
+
+        result: moderngl.Texture = self._get(("lobe factors",), make)
         return result
 
     def mesh(

@@ -122,6 +122,8 @@ class View:
         surfaces: list[dict[str, Any]] = []
         for how, surface, view_from_object in zip(self._plan.surfaces, self._scene.surfaces, self._view_from_object):
             surfaces.append({"clip_from_object": projection @ view_from_object})
+            # y up; 0 where one pass has all samples, whose fragments each say where they are.
+            surfaces[-1]["sample_shift"] = (x - 0.5, 0.5 - y)
             if how.has("DIRECTION") == BY_PIXEL:
                 # Columns: the changes of the view direction, as the surface has it, with a pixel to the right and
                 # with one up, and the direction at the middle of the picture; of any length.
@@ -227,9 +229,10 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     values |= {"base_color": material.base_color, "metallic": material.metallic, "ior": material.ior}
     if how.has("DIFFUSE"):
         values["sh"] = contents.irradiance(environment.environment) / 2.0**environment.pre_exposure
+    values["roughness"] = material.roughness
     if environment.gloss is not None:
-        values["roughness"] = material.roughness
-        values["gloss_level"] = material.roughness * (np.log2(environment.gloss[0]) - 2)
+        values["last_gloss_level"] = environment.gloss.last_level
+    values |= {"lobe_samples": plan.lobe_samples, "lobe_total": plan.lobe_samples * plan.samples}
     return values
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.maps import cube, pyramid
+from glbump.maps.gloss import area_faces
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges
-from glbump.maps.prefilter import area_faces
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]

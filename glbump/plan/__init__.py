@@ -79,6 +79,7 @@ def make_plan(
         is_multisampled=multisampled,
         environments=environments,
         bump_filter=quality.bump_filter,
+        lobe_samples=quality.lobe_samples,
         frame_format=frame_format,
         sky=scene.environment.background,
         sky_each=sky_each,

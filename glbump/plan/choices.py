@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from glbump.contents import Contents
 from glbump.environment import Chrome, Environment, Fractal, Sky
 from glbump.maps.encodings import HALF_DIM, HALF_MAX
+from glbump.maps.gloss import SMALLEST_FACES
 from glbump.maps.layout import (
     CUBE,
     EQUAL_AREA,
@@ -38,6 +40,8 @@ NONE, ORTHOGONAL, GENERAL = range(3)
 BY_POINT, BY_PIXEL = range(2)
 WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
 NO_PARALLAX, BOX, SPHERICAL = range(3)
+GLOSSES = {"chain": 0, "sampled": 1}
+FACTORS = {"fit": 0, "table": 1}
 
 
 @dataclass(frozen=True)
@@ -63,13 +67,26 @@ class Choice:
     why: str
 
 
+class ChainPlan(NamedTuple):
+    """A roughness chain: the size of its first level's faces, the samples of its second, and whether the GPU draws it."""
+
+    size: int
+    samples: int
+    drawn: bool
+
+    @property
+    def last_level(self) -> int:
+        """Of roughness 1; the first level is the environment itself."""
+        return (self.size // SMALLEST_FACES).bit_length() - 1
+
+
 @dataclass(frozen=True)
 class EnvironmentPlan:
     """How one environment is kept and looked up. defines: of its look-up.
 
     layout: of its texels on the GPU, None where it is computed; size: of its tiles, where they are not the picture's.
-    filter, texture_format: as in Quality; pre_exposure: texels are light / 2**pre_exposure. gloss: size and samples of
-    the roughness chain, where a surface needs it; irradiance: whether one needs that.
+    filter, texture_format: as in Quality; pre_exposure: texels are light / 2**pre_exposure. gloss: the roughness chain,
+    where a surface needs it; irradiance: whether one needs that.
     """
 
     environment: Environment
@@ -79,7 +96,7 @@ class EnvironmentPlan:
     filter: str
     texture_format: str
     pre_exposure: int = 0
-    gloss: tuple[int, int] | None = None
+    gloss: ChainPlan | None = None
     irradiance: bool = False
 
 
@@ -112,6 +129,7 @@ class Plan:
     is_multisampled: bool
     environments: tuple[EnvironmentPlan, ...]
     bump_filter: str
+    lobe_samples: int
     frame_format: str
     sky: bool
     sky_each: bool

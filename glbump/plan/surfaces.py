@@ -37,7 +37,7 @@ from glbump.plan.choices import (
     SurfacePlan,
 )
 from glbump.plan.environments import parallax
-from glbump.plan.materials import is_diffuse, is_transmissive, light_of, why_light
+from glbump.plan.materials import gloss_defines, is_diffuse, is_transmissive, light_of, why_light
 from glbump.quality import Quality
 from glbump.relief import Layer
 from glbump.scene import Bump, Scene, Surface
@@ -124,8 +124,7 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], apa
         **dict(environment[1]),
     }
     if light == GLOSSY:
-        # The chain carries all of its light; the environment itself is not looked up here.
-        defines["ENVIRONMENT_FOOTPRINT"] = 0
+        defines |= gloss_defines(draft, name, scene.environment_of(surface), environment[1])
     return SurfacePlan(tuple(defines.items()), segments, closed, environment[0], layers)
 
 

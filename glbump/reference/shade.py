@@ -31,6 +31,7 @@ from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
+from glbump.reference.lobe import Facets, lobe_factors
 from glbump.reference.relief import Place, Relief
 from glbump.relief import is_normal_mapped
 from glbump.scene import Scene, Surface, check_size
@@ -91,6 +92,7 @@ def render(
     rows = max(2, _RAYS // across // 2 * 2)
     edges = [0, *range(down % 2 + rows, down, rows), down]
     for number, offset in enumerate(sample_offsets(samples)):
+        shader.shift = float(offset[0]), float(1 - offset[1])
         half = sum(divmod(number, math.isqrt(samples))) % 2
         counts[half] += 1
         for first, last in pairwise(edges):
@@ -149,6 +151,9 @@ def places_of(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offse
     return result
 
 
+_LookUp = Callable[[F64, F64, F64], F64]
+
+
 def _picture(picture: EnvironmentMap, stored: Fit, quality: Quality, below: object) -> Callable[[F64, F64, F64], F64]:
     """Light (K, 3) of a picture, stored so, in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
     how = quality.environment_filter
@@ -182,12 +187,16 @@ class _Surroundings:
         self.env_from_world = environment.env_from_world()
         how = quality.environment_filter
         self.has_footprint = how != "bilinear"
+        self.look_up_averaged: _LookUp | None = None
         if isinstance(environment, Procedural):
             self.has_footprint = is_averaged(how, samples)
-            self.look_up: Callable[[F64, F64, F64], F64] = partial(radiance, environment)
+            self.look_up: _LookUp = partial(radiance, environment)
         else:
-            below = getattr(environment, "below", None)
-            self.look_up = _picture(contents.environment(environment), self.stored, quality, below)
+            picture, below = contents.environment(environment), getattr(environment, "below", None)
+            self.look_up = _picture(picture, self.stored, quality, below)
+            if quality.gloss == "sampled" and how == "bilinear":
+                averaged = replace(quality, environment_filter="trilinear")
+                self.look_up_averaged = _picture(picture, self.stored, averaged, below)
 
     def seen_from(self, p_world: F64, dir_env: F64) -> F64:
         """Unit directions (K, 3), from where the environment was taken, of what is seen from points (K, 3)."""
@@ -208,12 +217,22 @@ class _Surroundings:
         return self.exposure * self.look_up(dir_env, *sides)
 
 
+    def averaged(self, dir_env: F64, angle: F64) -> F64:
+        """Radiance (K, 3) in unit directions, each the mean over a solid angle (K,)."""
+        side = np.sqrt(angle)[:, None]
+        look_up = self.look_up_averaged or self.look_up
+        return self.exposure * look_up(dir_env, *(side * axis for axis in ggx.axes_across(dir_env)))
+
+
 class _Shader:
-    """One scene's maps, and the light along rays."""
+    """One scene's maps, and the light along rays. shift: the sample's place within the pixel, 0..1, y up."""
+
+    shift: tuple[float, float] = (0.5, 0.5)
 
     def __init__(self, scene: Scene, quality: Quality, contents: Contents, samples: int) -> None:
         self.scene, self.quality, self.contents = scene, quality, contents
         self.footprint = samples**-0.5
+        self.lobe_total = quality.lobe_samples * samples
         # Round shapes are cast by formula; their mesh is never looked at.
         self.reliefs = [Relief(surface, quality, contents, samples) for surface in scene.surfaces]
         self.meshes = [
@@ -293,9 +312,11 @@ class _Shader:
         n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
         dielectric = np.full(3, reflect.f0_from_ior(material.ior))
 
+        factors = lobe_factors(n_dot_v, roughness, self.quality.dfg)
+
         def share(f0: F64) -> F64:
             if roughness > 0:
-                return ggx.glossy_share(f0, n_dot_v, roughness)
+                return ggx.glossy_share(f0, factors)
             return reflect.fresnel_schlick(f0, n_dot_v)
 
         def looked_at(dirs: F64) -> F64:
@@ -306,7 +327,7 @@ class _Shader:
             chain = [around.stored.as_read(level) for level in levels]
             return around.exposure * cube.sample_levels(chain, dirs, roughness * (len(chain) - 1))
 
-        specular = share((1 - metallic) * dielectric + metallic * color)
+        specular = (1 - metallic) * share(dielectric) + metallic * share(color)
         kept = 1 - share(dielectric)
         if is_transmissive := metallic < 1 and material.transmission > 0:
             reflected = reflect.fresnel_dielectric(n_dot_v, eta)[:, None]
@@ -317,12 +338,29 @@ class _Shader:
                 # From the critical angle on all is reflected, which a fit of smooth curves does not know.
                 every = np.where(reflected >= 1, 1 - metallic, 0.0)
                 specular, kept = specular + every * (1 - specular), kept * (1 - every)
-        result = specular * looked_at(ggx.lobe_dir(n_env, look, roughness) if roughness > 0 else look)
+        bent = reflect.refract_dir(dir_env, n_env, eta)
+        if surface.bumps:
+            bent = reflect.above_surface(bent, -geometry)
+        if roughness > 0 and self.quality.gloss == "sampled":
+
+            def averaged(dirs: F64, angle: F64, side: F64) -> F64:
+                return around.averaged(
+                    around.seen_from(p_world, reflect.above_surface(dirs, side) if surface.bumps else dirs), angle
+                )
+
+            f0 = (1 - metallic) * dielectric + metallic * color
+            lobe = Facets(-dir_env, n_env, roughness, self.quality.lobe_samples, self.shift, self.lobe_total)
+            seen = replace(lobe, v=n_env) if environment.lookup == "normal" else lobe
+            result = specular * seen.light(lambda d, angle: averaged(d, angle, geometry), look, f0)
+        else:
+            result = specular * looked_at(ggx.lobe_dir(n_env, look, roughness) if roughness > 0 else look)
         if metallic < 1:
             irradiance = around.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))
             result = result + kept * (1 - metallic) * (1 - material.transmission) * color * irradiance
         if is_transmissive:
-            bent = reflect.refract_dir(dir_env, n_env, eta)
-            through = looked_at(reflect.above_surface(bent, -geometry) if surface.bumps else bent)
+            if roughness > 0 and self.quality.gloss == "sampled":
+                through = lobe.light_through(lambda d, angle: averaged(d, angle, -geometry), bent, eta)
+            else:
+                through = looked_at(bent)
             result = result + kept * (1 - metallic) * material.transmission * color * through
         return result

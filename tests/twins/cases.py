@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.glsltest import inputs, ulp
-from glbump.reference import bump, footprint
+from glbump.reference import bump, footprint, ggx
 
 F64 = npt.NDArray[np.float64]
 Rows = tuple[Any, ...]
@@ -411,11 +411,36 @@ def _angles_and_roughness() -> Rows:
 
 
 def _shares() -> Rows:
-    """Angles past both ends as well: a bent normal may face away."""
-    angle, roughness = _angles_and_roughness()
-    f0 = inputs.uniform(len(angle), shape=(3,), seed=3)
+    """Of factors that a fit or a table may have: A + B from 0.25 to a little over 1."""
+    a = np.float32([0.9, 1, 0.3, 0.75])[np.arange(3000) % 4] * inputs.uniform(3000, 0.9, 1, seed=1)
+    b = inputs.uniform(3000, 0, 0.2, seed=2)
+    b[::5], a[::13], b[::13] = 0.0, 0.0, 1.0
+    f0 = inputs.uniform(3000, shape=(3,), seed=3)
     f0[::7], f0[::11] = 1.0, 0.0
-    return f0, angle * 3 - 1, roughness
+    return f0, np.stack([a, b], axis=-1)
+
+
+def _seen_facets() -> Rows:
+    """Unit v and places for facets of every roughness; the eye from above to grazing."""
+    count = 3000
+    alpha = np.square(np.clip(inputs.log_uniform(count, 0.03, 1, seed=4), 0.03, 1)).astype(np.float32)
+    z = np.square(inputs.uniform(count, 0.01, 1, seed=5))
+    z[::17], alpha[::19] = 1.0, 1.0
+    turn = inputs.uniform(count, 0, 6.28, seed=6)
+    across = np.sqrt(1 - z * z)
+    v = np.stack([across * np.cos(turn), across * np.sin(turn), z], axis=-1)
+    return v, alpha, inputs.uniform(count, 0, 1, (2,), 7)
+
+
+def _facets_and_eyes() -> Rows:
+    v, alpha, place = _seen_facets()
+    count = np.resize(np.float32([1, 16, 4096]), len(v))
+    return ggx.visible_normal(v, alpha, place), v, alpha, count
+
+
+def _cosines_and_alpha() -> Rows:
+    _, alpha, place = _seen_facets()
+    return place[:, 0] * 0.999 + 0.001, place[:, 1] * 1.2 - 0.2, alpha
 
 
 def _extreme_directions() -> Rows:
@@ -1206,10 +1231,47 @@ CASES: dict[str, Case] = {
         "some ten roundings of terms near 1, and exp2 of 3 ULP",
         abs=16 * EPS,
     ),
+    "ggx.dfg_place": Case(
+        lambda: (*_angles_and_roughness(), np.float32(32)), "a root, and three roundings near 1", abs=8 * EPS
+    ),
     "ggx.glossy_share": Case(
         _shares,
-        "(F0 A + B) / (A + B), where A + B is 0.3 at least, of factors within 16 roundings",
-        abs=2 * 16 / 0.3 * EPS,
+        "F E + F^2 (1 - E), F a quotient of sums above 0.25: some six roundings each, of terms of at most 1",
+        abs=(6 / 0.25 + 12) * EPS,
+    ),
+    "ggx.lobe_shape": Case(
+        lambda: (_cosines_and_alpha()[1], _cosines_and_alpha()[2]),
+        "1 - cosine is exact to half an EPS, over alpha^2; its quotient squared",
+        abs=lambda cosine, alpha, want: 8 * EPS + 2 * EPS / alpha**2,
+    ),
+    "ggx.lobe_place": Case(
+        lambda: (
+            np.arange(3000) % 257,
+            np.resize([257, 300, 4096], 3000),
+            inputs.uniform(3000, 0, 1, (2,), 8),
+        ),
+        "up to 256 steps of the golden ratio, each rounded, and their sum; the square is round along x",
+        abs=512 * EPS,
+        period=(1.0, 0.0),
+    ),
+    "ggx.visible_normal": Case(
+        _seen_facets,
+        "a cap's normal of a dozen roundings, sine and cosine of 1.5 ULP; near the rim its height is the root of a "
+        "difference, and where cap and eye cancel at grazing angles their sum is as short as the eye is low",
+        abs=lambda v, alpha, place, want: 40 * EPS + 16 * EPS / np.maximum(want[..., 2], 1e-3)[..., None],
+    ),
+    "ggx.normal_angle": Case(
+        _facets_and_eyes,
+        "squares of h over alpha, h rounded to EPS: twice 2 EPS / alpha of the whole, and v.h of some roundings",
+        abs=lambda h, v, alpha, count, want: want * (32 + 8 / alpha + 8 / np.maximum(dot(h, v), 1e-3)) * EPS,
+    ),
+    "ggx.unshadowed": Case(
+        _cosines_and_alpha, "two roots and a quotient of positive sums; 1 - alpha^2 is off by EPS", abs=24 * EPS
+    ),
+    "ggx.axes_across": Case(
+        lambda: (inputs.directions(3000, 5),),
+        "products over 1 + |z|, at least 1: some six roundings of at most 2",
+        abs=16 * EPS,
     ),
     "ggx.lobe_dir": Case(
         lambda: (

@@ -22,7 +22,7 @@ _WIDTH = 2.0
 _WIDEST = 0.5
 """Width beyond which cells do not grow any more, so that broad lobes, cheap as they are, see no facets."""
 
-_COARSEST = 4
+SMALLEST_FACES = 4
 """Smallest faces of the chain, and of the tree its levels are read from."""
 
 _BLOCK = 64
@@ -47,14 +47,71 @@ def gloss_chain(environment: EnvironmentMap, size: int, samples: int) -> list[F3
     Not sampled at random: the lobe depends on one angle alone, so each texel is a sum over the environment as a
     tree of texels (Barnes and Hut 1986), near ones fine, far ones coarse, each where its light is.
     """
-    if size < 2 * _COARSEST or size & (size - 1):
-        raise LimitError(f"the size of a gloss chain must be a power of two from {2 * _COARSEST}; got {size}")
-    if samples < 1:
-        raise LimitError(f"a gloss chain needs at least 1 sample; got {samples}")
+    lobes = chain_alphas(size, samples)
     faces = area_faces(environment, size)
     tree = _tree(faces)
-    last = (size // _COARSEST).bit_length() - 1
-    return [faces] + [_blurred(tree, size >> i, (i / last) ** 2, samples << (i - 1)) for i in range(1, last + 1)]
+    return [faces] + [_blurred(tree, size >> i, alpha, count) for i, (alpha, count) in enumerate(lobes, 1)]
+
+
+def chain_lobes(size: int, samples: int) -> list[Lobe]:
+    """The lobe of each level from 1, as samples. Raises LimitError where there is no such chain."""
+    return [sampled_lobe(alpha, count) for alpha, count in chain_alphas(size, samples)]
+
+
+def chain_alphas(size: int, samples: int) -> list[tuple[float, int]]:
+    """alpha and number of samples of each level from 1 of a chain. Raises LimitError where there is no such chain."""
+    if size < 2 * SMALLEST_FACES or size & (size - 1):
+        raise LimitError(f"the size of a gloss chain must be a power of two from {2 * SMALLEST_FACES}; got {size}")
+    if samples < 1:
+        raise LimitError(f"a gloss chain needs at least 1 sample; got {samples}")
+    last = (size // SMALLEST_FACES).bit_length() - 1
+    return [((i / last) ** 2, samples << (i - 1)) for i in range(1, last + 1)]
+
+
+@dataclass(frozen=True)
+class Lobe:
+    """D(h) (n.l) of n = v as samples, for the GPU. samples: (N, 4), directions as even in the lobe as can be, z along
+    its axis, by golden-ratio steps round it; and of each the solid angle that it stands for. integral: of the lobe over
+    its peak."""
+
+    alpha: float
+    samples: F64
+    integral: float
+
+
+def sampled_lobe(alpha: float, count: int) -> Lobe:
+    """A lobe as `count` samples."""
+    # Fine where the lobe is.
+    angle = alpha * np.sinh(np.linspace(0, np.arcsinh(np.pi / 2 / alpha), 20_001))
+    angle[-1] = np.pi / 2
+    # 1 - cosine = 2 sin^2 (angle / 2): nothing cancels.
+    height = np.cos(angle) / (1 + (1 / alpha**2 - 1) * np.sin(angle / 2) ** 2) ** 2
+    ring = height * np.sin(angle)
+    within = np.concatenate([[0], np.cumsum((ring[1:] + ring[:-1]) / 2 * np.diff(angle))])
+    at = np.interp((np.arange(count) + 0.5) / count * within[-1], within, angle)
+    turn = np.arange(count) * (np.pi * (math.sqrt(5) - 1))
+    integral = 2 * np.pi * within[-1]
+    stands_for = integral / (count * np.interp(at, angle, height))
+    dirs = np.stack([np.sin(at) * np.cos(turn), np.sin(at) * np.sin(turn), np.cos(at)], axis=-1)
+    return Lobe(alpha, np.concatenate([dirs, stands_for[:, None]], axis=-1), float(integral))
+
+
+def without_bright(faces: F32, count: int) -> tuple[F32, F32, F32]:
+    """Faces (6, n, n, 3) whose `count` brightest texels are as bright as the next; and of these the directions
+    (count, 3) and the light that is taken away, radiance times solid angle (count, 3)."""
+    n = faces.shape[1]
+    flat = faces.reshape(-1, 3)
+    height = flat.max(axis=1)
+    count = min(count, len(flat) - 1)
+    order = np.argpartition(height, -count - 1)[-count - 1 :]
+    order = order[np.argsort(height[order])]
+    limit, bright = height[order[0]], order[1:]
+    share = np.divide(limit, height[bright], out=np.ones(count, np.float32), where=height[bright] > 0)[:, None]
+    kept = flat.copy()
+    kept[bright] *= share
+    area = cube.solid_angles(n).ravel()[bright % (n * n)][:, None]
+    dirs = cube.texel_directions(n).reshape(-1, 3)[bright]
+    return kept.reshape(faces.shape), dirs.astype(np.float32), ((flat[bright] - kept[bright]) * area).astype(np.float32)
 
 
 def area_faces(environment: EnvironmentMap, size: int) -> F32:
@@ -71,19 +128,26 @@ def area_faces(environment: EnvironmentMap, size: int) -> F32:
                 weight = cube.solid_angles(faces.shape[1])[None, :, :, None]
                 faces = pyramid.halve(faces * weight) / pyramid.halve(weight)
             return faces
-    # A texel at the middle of a face spans 2 / size radians, one of the source this much.
-    span = 2 * np.pi if environment.layout is LATLONG else 2.0
-    across = math.ceil(environment.size[0] / span * 2 / size)
+    source, across = area_reads(environment, size)
     if across > 3:
-        if environment.layout is LATLONG:
-            return area_faces(_halved(environment), size)
-        return area_faces(EnvironmentMap(CUBE, area_faces(environment, 2 * size)), size)
+        return area_faces(EnvironmentMap(CUBE, area_faces(source, 2 * size)), size)
     at = (np.arange(size * across) + 0.5) / (size * across)
     result = np.empty((6, size, size, 3), np.float32)
     for face in range(6):
-        values = sample(environment, cube.face_dir(face, at[None, :], at[:, None]))
+        values = sample(source, cube.face_dir(face, at[None, :], at[:, None]))
         result[face] = values.reshape(size, across, size, across, 3).mean(axis=(1, 3))
     return result
+
+
+def area_reads(environment: EnvironmentMap, size: int) -> tuple[EnvironmentMap, int]:
+    """The environment, of a panorama the first level, of which across x across bilinear reads make a texel of faces
+    `size` wide; and across, for panoramas at most 3."""
+    # A texel at the middle of a face spans 2 / size radians, one of the source this much.
+    span = 2 * np.pi if environment.layout is LATLONG else 2.0
+    across = math.ceil(environment.size[0] / span * 2 / size)
+    if across > 3 and environment.layout is LATLONG:
+        return area_reads(_halved(environment), size)
+    return environment, across
 
 
 def _halved(source: EnvironmentMap) -> EnvironmentMap:
@@ -131,7 +195,7 @@ def _tree(faces: F32) -> list[_Cells]:
     while True:
         dirs = middle / np.linalg.norm(middle, axis=1, keepdims=True)
         levels.append(_Cells(dirs.astype(np.float32), light.astype(np.float32), n))
-        if n == _COARSEST:
+        if n == SMALLEST_FACES:
             return levels
         n //= 2
         light, middle = (a.reshape(len(a) // 4, 4, -1).sum(axis=1) for a in (light, middle))
