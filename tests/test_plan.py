@@ -81,9 +81,9 @@ def test_a_mesh_without_bumps_uploads_no_texture_coordinates(renderer: Renderer)
         (MIRROR, set(), {"f0", "gloss", "sh", "roughness"}),
         (Material((1, 0.5, 0.2), 1, 0), {"f0"}, {"gloss", "sh"}),
         (Material(metallic=0, roughness=0), {"f0", "sh"}, {"gloss"}),
-        (Material(metallic=1, roughness=0.4), {"gloss", "f0"}, {"sh", "environment"}),
-        (Material(metallic=0, roughness=0.4), {"gloss", "f0", "sh"}, {"environment"}),
-        (Material(base_color=(0, 0, 0), roughness=0.4), {"gloss", "f0"}, {"sh"}),
+        (Material(metallic=1, roughness=0.4), {"gloss", "base_color", "dfg_table"}, {"sh", "environment"}),
+        (Material(metallic=0, roughness=0.4), {"gloss", "dielectric_f0", "sh"}, {"environment"}),
+        (Material(base_color=(0, 0, 0), roughness=0.4), {"gloss", "dielectric_f0"}, {"sh"}),
     ],
 )
 def test_light_is_what_the_material_needs(

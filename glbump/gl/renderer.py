@@ -24,7 +24,7 @@ from glbump.gl.targets import Targets, read
 from glbump.gl.textures import Store
 from glbump.gl.uniforms import Sample, Uniforms, View, mesh_repeat
 from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
-from glbump.plan.choices import GLOSSY, MESH
+from glbump.plan.choices import FACTORS, GLOSSY, MESH
 from glbump.quality import Quality, quality_of
 from glbump.relief import is_normal_mapped
 from glbump.scene import MOST_BUMPS, Scene, check_size
@@ -35,7 +35,8 @@ _FULL_ATTRIBUTES = {"normal_u": "dndu", "normal_v": "dndv"}
 _SAMPLE_SHADING = 0x8C36
 # Texture units.
 _ENVIRONMENT, _GLOSS, _FRAME, _BUMP_0 = range(4)
-_SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS} | {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
+_DFG = _BUMP_0 + 2 * MOST_BUMPS
+_SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS, "dfg_table": _DFG} | {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
 
 
 @dataclass(frozen=True)
@@ -354,7 +355,10 @@ class Renderer:
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
         values = _SAMPLERS | view.environments[how.environment] | view.surfaces[index]
         textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]] = []
-        if how.has("LIGHT") == GLOSSY:
+        glossy = how.has("LIGHT") == GLOSSY
+        if glossy and how.has("DFG") == FACTORS["table"]:
+            textures.append((self._store.lobe_factors(), _DFG))
+        if glossy and environment.gloss is not None:
             textures.append((self._store.gloss(environment), _GLOSS))
         elif environment.layout is not None:
             textures.append((self._environment(environment, shown), _ENVIRONMENT))
