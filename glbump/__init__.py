@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from glbump.gl.renderer import render as render
     from glbump.maps import patterns as patterns
     from glbump.quality import Quality as Quality
+    from glbump.qualityfile import load_quality as load_quality
+    from glbump.qualityfile import save_quality as save_quality
     from glbump.scene import Bump as Bump
     from glbump.scene import Material as Material
     from glbump.scene import NormalMap as NormalMap
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from glbump.shapes import Sphere as Sphere
     from glbump.shapes import Torus as Torus
     from glbump.shapes import Transform as Transform
+    from glbump.trade.tune import tune as tune
 
     __version__: str
 
@@ -89,9 +92,11 @@ _PUBLIC = {
     "frame": ("Frame",),
     "gl.renderer": ("Renderer", "render"),
     "quality": ("Quality",),
+    "qualityfile": ("load_quality", "save_quality"),
     "scene": ("Bump", "Material", "NormalMap", "Scene", "Surface", "with_value"),
     "scenefile": ("load_scene", "save_scene"),
     "shapes": ("Cube", "MeshData", "MeshFile", "Plane", "Quad", "Sphere", "Torus", "Transform"),
+    "trade.tune": ("tune",),
 }
 _MODULE_OF = {name: module for module, names in _PUBLIC.items() for name in names}
 

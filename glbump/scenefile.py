@@ -45,7 +45,7 @@ def load_scene(path: str | os.PathLike[str], *, root: str | os.PathLike[str] | N
     """
     file = check.path("the scene file", path)
     try:
-        tables = _tables(file)
+        tables = toml_tables(file, "scene")
         folder = file.resolve().parent
         return scene_from_dict(tables, _inside(folder, Path(root).resolve() if root is not None else folder))
     except SceneError as why:
@@ -147,40 +147,41 @@ def _put(tables: dict[str, Any], dotted: str, value: Any) -> None:
     owner[slot(owner, last)] = value
 
 
-def _tables(file: Path) -> dict[str, Any]:
-    """What the TOML file says; SceneError, without the file's name, when it is none."""
+def toml_tables(file: Path, what: str) -> dict[str, Any]:
+    """What a TOML file says that is a `what`; SceneError, without the file's name, when it is none."""
     import tomllib
 
     try:
-        return tomllib.loads(_text(file))
+        return tomllib.loads(_text(file, what))
     except RecursionError:
-        raise SceneError("is nested too deeply to be a scene") from None
+        raise SceneError(f"is nested too deeply to be a {what}") from None
     except ValueError as why:  # tomllib.TOMLDecodeError, and integers of thousands of digits
         raise SceneError(f"is not TOML: {why}") from None
 
 
-def _text(file: Path) -> str:
+def _text(file: Path, what: str) -> str:
     """The file's text; SceneError when there is none to read."""
     try:
         if file.is_dir():
-            raise SceneError("is a folder; name the scene file in it")
+            raise SceneError(f"is a folder; name the {what} file in it")
         if not file.exists():
-            raise SceneError("there is no such scene file")
+            raise SceneError(f"there is no such {what} file")
         if not file.is_file():
-            raise SceneError("is no ordinary file; a scene is a TOML file")
+            raise SceneError(f"is no ordinary file; a {what} is a TOML file")
         with file.open("rb") as stream:
             content = stream.read(MOST_BYTES + 1)
     except (OSError, ValueError) as why:
         raise SceneError(f"cannot be read: {getattr(why, 'strerror', None) or why}") from None
     if len(content) > MOST_BYTES:
-        raise SceneError(f"is larger than {MOST_BYTES:,} bytes, the most a scene file may be")
+        raise SceneError(f"is larger than {MOST_BYTES:,} bytes, the most a {what} file may be")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as why:
         line = content.count(b"\n", 0, why.start) + 1
         raise SceneError(f"line {line} is not UTF-8 text; save the file as UTF-8") from None
     if not text.strip():
-        raise SceneError("is empty; a scene needs at least a [[surface]] or an [environment]")
+        needs = "a [[surface]] or an [environment]" if what == "scene" else "a value"
+        raise SceneError(f"is empty; a {what} needs at least {needs}")
     return text
 
 
@@ -334,11 +335,12 @@ def _toml(tables: dict[str, Any]) -> str:
     for name, table in sorted(tables.items()):  # camera, environment, surface
         for item in table if isinstance(table, list) else [table]:
             head = f"[[{name}]]" if isinstance(table, list) else f"[{name}]"
-            parts.append("\n".join([head, *(f"{key} = {_inline(value)}" for key, value in item.items())]))
+            parts.append("\n".join([head, *(f"{key} = {toml_value(value)}" for key, value in item.items())]))
     return "\n\n".join(parts) + "\n"
 
 
-def _inline(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as TOML has it, in one line."""
     match value:
         case bool():
             return "true" if value else "false"
@@ -346,8 +348,8 @@ def _inline(value: Any) -> str:
             # JSON's escapes are TOML's, but for the one character JSON lets stand.
             return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
         case list():
-            return f"[{', '.join(map(_inline, value))}]"
+            return f"[{', '.join(map(toml_value, value))}]"
         case dict():
-            return f"{{ {', '.join(f'{k} = {_inline(v)}' for k, v in value.items())} }}"
+            return f"{{ {', '.join(f'{k} = {toml_value(v)}' for k, v in value.items())} }}"
         case _:
             return repr(value).removesuffix(".0")

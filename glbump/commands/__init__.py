@@ -18,7 +18,11 @@ MODULES = {
     "doctor": "doctor",
     "lint": "lint",
     "normals": "normals",
+    "prefilter": "prefilter",
     "render": "render",
+    "tune": "tune",
+    "trade": "trade",
+    "view": "view",
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,6 +17,9 @@ from glbump.commands.options import (
     size_option,
 )
 from glbump.progress import progress
+
+if TYPE_CHECKING:
+    from glbump.quality import Quality
 
 
 @click.command()
@@ -37,7 +40,7 @@ def compare_bump(
     output: Path | None,
     surface: int,
     size: tuple[int, int],
-    quality: str,
+    quality: str | Quality,
     backend: str | None,
     settings: tuple[str, ...],
     as_json: bool,

@@ -12,6 +12,7 @@ from glbump.progress import progress
 
 if TYPE_CHECKING:
     from glbump.demo import Exhibit
+    from glbump.quality import Quality
 
 
 def _exhibits(names: tuple[str, ...]) -> tuple[Exhibit, ...]:
@@ -32,7 +33,9 @@ def _exhibits(names: tuple[str, ...]) -> tuple[Exhibit, ...]:
 @quality_option
 @backend_option
 @common
-def demo(session: Session, output: Path, only: tuple[Exhibit, ...], quality: str, backend: str | None) -> None:
+def demo(
+    session: Session, output: Path, only: tuple[Exhibit, ...], quality: str | Quality, backend: str | None
+) -> None:
     """Draw the gallery: pictures, and the scene files they are drawn from, to start one's own.
 
     \b

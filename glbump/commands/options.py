@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from glbump.errors import GlbumpError
+
+if TYPE_CHECKING:
+    from glbump.quality import Quality
 
 
 @dataclass
@@ -80,7 +83,12 @@ def _size(text: str) -> tuple[int, int]:
         raise ValueError(f"a size is WIDTHxHEIGHT in pixels, as 512x512; got {text!r}") from None
 
 
-def _quality(word: str) -> str:
+def _quality(word: str) -> str | Quality:
+    """A preset's name, or what a quality file says."""
+    if word.endswith(".toml"):
+        from glbump.qualityfile import load_quality
+
+        return load_quality(word)
     from glbump.quality import Quality
 
     return Quality(word).preset
@@ -116,15 +124,20 @@ def print_json(value: Any) -> None:
     click.echo(json.dumps(_plain(value), indent=2, allow_nan=False))
 
 
-size_option = click.option(
-    "--size", default="512x512", metavar="WxH", callback=checked(_size), help="Pixels; default 512x512."
-)
+def sized(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """--size of a picture."""
+    says = f"Pixels; default {default}."
+    return click.option("--size", default=default, metavar="WxH", callback=checked(_size), help=says)
+
+
+size_option = sized("512x512")
+quality_of_word = checked(_quality)
 quality_option = click.option(
     "--quality",
     default="balanced",
     metavar="Q",
-    callback=checked(_quality),
-    help="fast, balanced (default) or exact.",
+    callback=quality_of_word,
+    help="fast, balanced (default) or exact; or a quality file (.toml), as glbump tune writes.",
 )
 backend_option = click.option(
     "--backend", metavar="B", help="auto (default), egl, osmesa or window; or set GLBUMP_BACKEND."

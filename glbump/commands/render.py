@@ -23,6 +23,7 @@ from glbump.progress import progress
 
 if TYPE_CHECKING:
     from glbump.frame import Frame
+    from glbump.quality import Quality
 
 
 def _render(session: Session, call: Callable[[], Frame], label: str) -> Frame:
@@ -48,7 +49,7 @@ def render(
     scene: Path,
     output: Path,
     size: tuple[int, int],
-    quality: str,
+    quality: str | Quality,
     backend: str | None,
     settings: tuple[str, ...],
     tone: str,

@@ -20,7 +20,7 @@ from glbump.displace import Heights, bent, cells_for, displaced, in_world, point
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
 from glbump.maps.colour import eight_bit
-from glbump.quality import Quality
+from glbump.quality import Quality, quality_of
 from glbump.reference import bump as bumps
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.shade import places_of
@@ -63,12 +63,12 @@ def compare_bump(
     surface: int = 0,
     size: tuple[int, int] = (512, 512),
     *,
-    quality: str = "balanced",
+    quality: str | Quality = "balanced",
     backend: str = "auto",
 ) -> Comparison:
     """One surface of a scene, flat, bumped by either form and displaced, against each other.
 
-    quality: of the pictures, a preset; heights are read in the shader, so that all forms have the same.
+    quality: of the pictures; heights are read in the shader, so that all forms have the same.
     Raises SceneError where the surface has no heights, LimitError where the displaced one is too large to make, and
     what `Renderer` raises.
     """
@@ -162,7 +162,7 @@ def _moved(scene: Scene, surface: Surface, hits: Hits, height: F64, size: tuple[
 
 
 def _pictures(
-    renderer: Renderer, scene: Scene, index: int, moved: Surface, size: tuple[int, int], quality: str
+    renderer: Renderer, scene: Scene, index: int, moved: Surface, size: tuple[int, int], quality: str | Quality
 ) -> dict[str, F32]:
     surface = scene.surfaces[index]
     flat = tuple(bump for bump in surface.bumps if not isinstance(bump, Bump)) or None
@@ -170,7 +170,7 @@ def _pictures(
     pictures = {}
     for name, drawn in shown.items():
         terms = name if name in ("small", "full") else "auto"
-        how = Quality(quality, bump_kernel="bspline", bump_read="shader", bump_terms=terms)
+        how = replace(quality_of(quality), bump_kernel="bspline", bump_read="shader", bump_terms=terms)
         pictures[name] = renderer.render(_with_surface(scene, index, drawn), size=size, quality=how).pixels
     return pictures
 
