@@ -32,6 +32,7 @@ KNOBS: dict[str, Knob] = {
     ),
     "environment_filter": Knob("mip levels of environments", ("bilinear", "nearest-level", "trilinear")),
     "environment_level": Knob("the level of a footprint: by its longer side, or by its area", ("longest", "area")),
+    "pyramid": Knob("who makes mip levels, and by which kernel", ("hardware", "box", "kaiser")),
     "bump_kernel": Knob(
         "how heights become slopes",
         ("forward", "central", "half", "sobel", "scharr", "fourth", "bspline", "spectral"),
@@ -63,6 +64,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "cube",
         "environment_filter": "bilinear",
         "environment_level": "area",
+        "pyramid": "box",
         "bump_filter": "nearest-level",
         "bump_spread": "none",
         "bump_kernel": "central",
@@ -86,6 +88,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "given",
         "environment_filter": "trilinear",
         "environment_level": "area",
+        "pyramid": "box",
         "bump_filter": "trilinear",
         "bump_spread": "lean",
         "bump_kernel": "central",
@@ -109,6 +112,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "given",
         "environment_filter": "bilinear",
         "environment_level": "area",
+        "pyramid": "box",
         "bump_filter": "bilinear",
         "bump_spread": "none",
         "bump_kernel": "central",
@@ -142,11 +146,13 @@ class Quality(check.Frozen):
     environment_layout: as "given", or resampled (pictures of the upper half of the world stay as they are).
     environment_filter, bump_filter: "bilinear" (level 0 alone), "nearest-level" or "trilinear" (mip levels by
     the sample's footprint). environment_level: "longest" blurs across thin footprints, "area" counts the longer side
-    as eight times the shorter at most. bump_read: slopes are "baked" once; or heights are read in the "shader", and
-    their slopes taken there; or on the "screen", from pixel to pixel, which is off by as much as a pixel is large.
-    bump_terms: "small" drops B (N/|N|)_u and _v, "full" keeps them, "auto" keeps them where they matter
-    (direction_error). bump_format: as floats, in codes of slopes, or, of normal maps, in codes of normals; the plan
-    says what it costs. docs/bump.md has all of bumps.
+    as eight times the shorter at most. pyramid: mip levels are made by the driver ("hardware": it counts texels alike,
+    and drops some of odd sizes), as means by solid angle ("box"), or by a sharper kernel ("kaiser") where nothing is so
+    bright that it would ring.
+    bump_read: slopes are "baked" once; or heights are read in the "shader", and their slopes taken there; or on the
+    "screen", from pixel to pixel, which is off by as much as a pixel is large. bump_terms: "small" drops B (N/|N|)_u
+    and _v, "full" keeps them, "auto" keeps them where they matter (direction_error). bump_format: as floats, in codes
+    of slopes, or, of normal maps, in codes of normals; the plan says what it costs. docs/bump.md has all of bumps.
     gloss: "chain" reads an environment that was blurred for a few roughnesses, as if seen along the normal; "sampled"
     sums lobe_samples facets a sample, as the eye sees them. gloss_chain: "drawn" by the GPU, or summed over a "tree" by
     the CPU. gloss_size: of the chain's first level. gloss_samples: source texels that a texel of its second level reads
@@ -159,6 +165,7 @@ class Quality(check.Frozen):
     environment_layout: str = _FROM_PRESET
     environment_filter: str = _FROM_PRESET
     environment_level: str = _FROM_PRESET
+    pyramid: str = _FROM_PRESET
     bump_filter: str = _FROM_PRESET
     bump_spread: str = _FROM_PRESET
     bump_kernel: str = _FROM_PRESET

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from glbump import reference
+from glbump.environment import CubeMap, LatLong, Octahedral
+from glbump.errors import LimitError
+from glbump.gl.context import Context
+from glbump.gl.levels import generate_levels, texture_2d
+from glbump.gl.renderer import Renderer
 from glbump.maps import area, cube
 from glbump.maps.continuity import seam_step
 from glbump.maps.layout import (
@@ -25,6 +32,9 @@ from glbump.maps.layout import (
 from glbump.maps.levels import angles, environment_levels, level_sizes, texel_angles
 from glbump.maps.overlap import Grid
 from glbump.maps.pyramid import chain, kaiser
+from glbump.quality import KNOBS, Quality
+from glbump.scene import Material, Scene, Surface
+from glbump.shapes import Torus
 
 NOISE = np.random.default_rng(11)
 
@@ -252,3 +262,103 @@ def test_kaiser_keeps_what_a_level_can_hold_and_stops_what_it_cannot() -> None:
 
     assert kept(8)[0] > 0.97 > 0.93 > kept(8)[1]
     assert kept(24)[0] < 0.12 < 0.35 < kept(24)[1]
+
+
+# ------------------------------------------------------------ who makes them, on the GPU
+
+
+def texture_levels(texture: Any, count: int) -> list[Any]:
+    """(h, w, components) float32 of a 2D texture of half or of 32-bit floats."""
+    kind = {"f2": np.float16, "f4": np.float32}[texture.dtype]
+    sizes = [(max(texture.width >> i, 1), max(texture.height >> i, 1)) for i in range(count)]
+    return [
+        np.frombuffer(texture.read(level=i, alignment=1), kind).reshape(h, w, -1).astype(np.float32)
+        for i, (w, h) in enumerate(sizes)
+    ]
+
+
+@pytest.mark.parametrize(("dtype", "rounding"), [("f4", 3e-7), ("f2", 3e-3)])
+def test_hardware_levels_of_powers_of_two_are_the_box(context: Context, dtype: str, rounding: float) -> None:
+    pixels = NOISE.random((32, 64, 3), dtype=np.float32)
+    texture = texture_2d(context, [pixels], dtype)
+    generate_levels(context, texture)
+    got = texture_levels(texture, 7)
+    texture.release()
+    for level, want in zip(got, chain(pixels), strict=True):
+        # Each of six levels is rounded, halves down by up to 2^-11.
+        assert np.abs(level - want).max() < rounding
+    assert np.abs(got[1] - chain(np.roll(pixels, 1, axis=1))[1]).max() > 0.1
+
+
+def test_hardware_levels_of_odd_sizes_drop_texels(context: Context) -> None:
+    """What llvmpipe leaves of each of seven texels in the last level; others may do better, none is asked to."""
+    left = []
+    for k in range(7):
+        texture = texture_2d(context, [np.eye(7, dtype=np.float32)[k].reshape(1, 7, 1).repeat(3, axis=2)], "f4")
+        generate_levels(context, texture)
+        left.append(float(texture_levels(texture, 3)[2][0, 0, 0]))
+        texture.release()
+    # Each counts for a seventh in a mean; the shares of a driver's add up to 1, too.
+    assert sum(left) == pytest.approx(1, abs=1e-6)
+    if context.is_software:
+        assert left[3] == pytest.approx(1, abs=1e-6)
+
+
+def test_levels_that_a_driver_does_not_make_are_refused_in_one_line(context: Context) -> None:
+    texture = context.gl.texture((16, 16), 3, dtype="u4")
+    with pytest.raises(LimitError, match=r"^this driver makes no mip levels of 3 channels of 'u4' .*\"box\"") as caught:
+        generate_levels(context, texture)
+    texture.release()
+    assert "\n" not in str(caught.value)
+    assert context.gl.error == "GL_NO_ERROR"
+
+
+PICTURES: dict[str, Any] = {
+    "lat-long": LatLong(NOISE.random((32, 64, 3), dtype=np.float32)),
+    "cube": CubeMap(NOISE.random((6, 32, 32, 3), dtype=np.float32)),
+    "octahedral": Octahedral(NOISE.random((64, 64, 3), dtype=np.float32)),
+    "an HDR picture": LatLong(10 * NOISE.random((32, 64, 3), dtype=np.float32)),
+}
+
+
+@pytest.mark.parametrize("how", KNOBS["pyramid"].values)
+@pytest.mark.parametrize("name", PICTURES)
+def test_levels_on_the_gpu_are_the_references(renderer: Renderer, name: str, how: str) -> None:
+    scene = Scene([Surface(Torus(0.8, 0.35), Material(metallic=1, roughness=0))], PICTURES[name])
+    quality = Quality("exact", samples=1, environment_filter="trilinear", pyramid=how)
+    got = renderer.render(scene, (48, 48), quality)
+    want = reference.render(scene, (48, 48), 1, quality=quality).pixels
+    error = np.abs(got.pixels - want).max(axis=-1) / want.max()
+    # Coordinates of 32 bits; along outlines the GPU goes on past the surface where the reference has no footprint.
+    assert np.median(error) < 2e-5
+    assert (error > 5e-3).mean() < 0.06
+    said = got.stats["plan"]["environment pyramid"]
+    falls_back = {"hardware": name == "octahedral", "box": False, "kaiser": name == "an HDR picture"}[how]
+    assert said.startswith("box" if falls_back else how)
+    other = Quality("exact", samples=1, environment_filter="trilinear", pyramid="box" if how != "box" else "kaiser")
+    if not falls_back and name != "an HDR picture":
+        different = renderer.render(scene, (48, 48), other).pixels
+        assert np.abs(different - want).max(axis=-1).mean() > 20 * np.median(error * want.max())
+
+
+@pytest.mark.parametrize("how", KNOBS["pyramid"].values)
+def test_a_resampled_cube_has_these_levels_too(renderer: Renderer, how: str) -> None:
+    scene = Scene([Surface(Torus(0.8, 0.35), Material(metallic=1, roughness=0))], _panorama())
+    quality = Quality("balanced", samples=1, pyramid=how, texture_format="float")
+    cube_kept = renderer.render(scene, (48, 48), replace(quality, environment_layout="cube"))
+    given = renderer.render(scene, (48, 48), quality)
+    # Other texels, a level of which is never more than 1.5 times as large.
+    assert np.abs(cube_kept.pixels - given.pixels).mean() < 0.02
+    assert cube_kept.stats["plan"]["environment pyramid"].startswith(how)
+
+
+def _panorama() -> Any:
+    return LatLong(waves(texel_dirs(LATLONG, (128, 64)), 3)[0])
+
+
+def test_codes_are_not_left_to_the_driver(renderer: Renderer) -> None:
+    """8 bits by the sRGB curve: drivers average codes."""
+    scene = Scene([], LatLong(NOISE.random((32, 64, 3), dtype=np.float32)))
+    quality = Quality("balanced", pyramid="hardware", texture_format="srgb8")
+    plan = renderer.render(scene, (16, 16), quality).stats["plan"]
+    assert (plan["texture format"], plan["environment pyramid"]) == ("srgb8", "box")

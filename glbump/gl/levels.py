@@ -14,6 +14,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from glbump.errors import LimitError
 from glbump.gl.context import Context
 
 F32 = npt.NDArray[np.float32]
@@ -82,6 +83,16 @@ def cube_texture(context: Context, levels: Sequence[npt.NDArray[Any]], dtype: st
     texture = context.gl.texture_cube((size, size), 3, first.tobytes(), dtype=dtype)
     _fill(context, texture, _TEXTURE_CUBE, dtype, faces[1:])
     return texture
+
+
+def generate_levels(context: Context, texture: moderngl.Texture | moderngl.TextureCube) -> None:
+    """All levels of a texture from its first, by the driver; LimitError where it makes none of that format."""
+    texture.build_mipmaps()
+    if (error := context.gl.error) != "GL_NO_ERROR":
+        raise LimitError(
+            f"this driver makes no mip levels of {texture.components} channels of {texture.dtype!r} ({error}); "
+            'say quality.pyramid "box", or a quality.texture_format of floats'
+        )
 
 
 def _fill(

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from glbump.contents import Contents, bump_key, environment_key, shape_key
 from glbump.environment import Environment
 from glbump.gl.context import Context
-from glbump.gl.levels import cube_texture, texture_2d
+from glbump.gl.levels import cube_texture, generate_levels, texture_2d
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, resampled, sheet
 from glbump.maps.levels import environment_levels
 from glbump.maps.light_formats import LIGHT_FORMATS
@@ -130,6 +130,7 @@ class Store:
             plan.texture_format,
             plan.pre_exposure,
             plan.filter,
+            plan.pyramid,
         )
         return self._get(key, lambda: self._make_environment(plan))
 
@@ -142,13 +143,17 @@ class Store:
             # Codes are made of what is drawn, and those of 10 bits are finer than halves are below 1.
             drawn = "f2" if stored.dtype in ("f2", "srgb8") else "f4"
             faces = faces_of_panorama(self._context, picture, plan.size, drawn, exponent)
-            if stored.dtype == drawn:
+            if stored.dtype == drawn and (plan.filter == "bilinear" or plan.pyramid == "hardware"):
                 return self._drawn_cube(faces, plan.filter)
             picture, exponent = EnvironmentMap(CUBE, faces[..., :3].astype(np.float32)), 0
         elif plan.size is not None and plan.layout is not None:
             picture = resampled(picture, plan.layout, plan.size)
-        levels = environment_levels(picture) if plan.filter != "bilinear" else [picture.pixels]
+        is_one = plan.filter == "bilinear" or plan.pyramid == "hardware"
+        levels = [picture.pixels] if is_one else environment_levels(picture, plan.pyramid)
         texture, size = self.panorama(picture.layout, levels, plan.texture_format, exponent)
+        if plan.filter != "bilinear" and plan.pyramid == "hardware":
+            generate_levels(self._context, texture)
+            size = size * 4 // 3
         texture.filter = FILTERS[plan.filter if plan.layout in (LATLONG, CUBE) else "bilinear"]
         return texture, size
 
@@ -157,7 +162,7 @@ class Store:
         n = faces.shape[1]
         texture = self._context.gl.texture_cube((n, n), 4, faces, dtype=faces.dtype.str[1:])
         if filter != "bilinear":
-            texture.build_mipmaps()
+            generate_levels(self._context, texture)
         texture.filter = FILTERS[filter]
         return texture, faces.nbytes * (4 if filter != "bilinear" else 3) // 3
 

@@ -70,6 +70,26 @@ def environment_levels(environment: EnvironmentMap, how: str = "box") -> list[F3
     return levels
 
 
+def fitting_pyramid(wanted: str, layout: Layout, peak: float, *, own_grid: bool, is_light: bool) -> tuple[str, str]:
+    """Who makes an environment's levels where "hardware", "box" or "kaiser" is wanted, and why.
+
+    layout, own_grid: of its texels. peak: its brightest. is_light: whether textures keep light itself, and no codes.
+    """
+    if wanted == "hardware":
+        if layout not in (CUBE, LATLONG):
+            return "box", "tiles in borders have levels that no driver makes"
+        if not is_light:
+            return "box", "drivers would average codes, not light"
+        return wanted, "the driver counts texels alike, and of odd sizes drops some: 7 to 3 to 1 reads one of seven"
+    if wanted == "kaiser":
+        if layout.disc or own_grid:
+            return "box", "the kernel would see past the rim, or samples on the border twice"
+        if peak > 1:
+            return "box", f"round what is as bright as {peak:.3g} the Kaiser kernel would ring"
+        return wanted, "sharper than means; clipped to what the picture holds"
+    return "box", "means by solid angle: every level has the same light"
+
+
 def texel_angles(environment: EnvironmentMap, size: tuple[int, int]) -> F64:
     """(tiles or 1, h, w or 1) float64: steradians of the texels of the level whose tiles are `size` (width, height)."""
     places = [_places(np.arange(n + 1) / n, environment, axis) for axis, n in enumerate(size)]

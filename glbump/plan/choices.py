@@ -85,7 +85,7 @@ class EnvironmentPlan:
     """How one environment is kept and looked up. defines: of its look-up.
 
     layout: of its texels on the GPU, None where it is computed; size: of its tiles, where they are not the picture's.
-    filter, texture_format: as in Quality; pre_exposure: texels are light / 2**pre_exposure. gloss: the roughness chain,
+    filter, pyramid, texture_format: as in Quality; pre_exposure: texels are light / 2**it. gloss: the roughness chain,
     where a surface needs it; irradiance: whether one needs that.
     """
 
@@ -94,6 +94,7 @@ class EnvironmentPlan:
     layout: Layout | None
     size: int | None
     filter: str
+    pyramid: str
     texture_format: str
     pre_exposure: int = 0
     gloss: ChainPlan | None = None

@@ -12,6 +12,8 @@ from glbump.contents import BRIGHTEST
 from glbump.environment import MIRRORED, BoxBounds, Captured, Environment, HemiCube, Hemisphere, Pictured, Procedural
 from glbump.errors import LimitError
 from glbump.maps.layout import CUBE, LATLONG, LAYOUTS, Layout
+from glbump.maps.levels import fitting_pyramid
+from glbump.maps.light_formats import LIGHT_FORMATS
 from glbump.plan.choices import (
     BOX,
     COLOURED_BELOW,
@@ -58,14 +60,19 @@ def environment_plan(draft: Draft, number: int, environment: Environment) -> Env
     if layout is not None or glossy:
         what = "texture format" if number == 0 else f"texture format {number}"
         texture_format, pre_exposure = _texture_format(draft, what, name, environment)
+    # Facets are looked up by the solid angles that they stand for, whatever mirrors read.
+    filter = "trilinear" if sampled and quality.environment_filter == "bilinear" else quality.environment_filter
+    pyramid = quality.pyramid
+    if layout is not None and filter != "bilinear":
+        pyramid = _pyramid(draft, name, environment, layout, resampled, texture_format)
     gloss = gloss_chain(draft, number, glossy)
     return EnvironmentPlan(
         environment=environment,
         defines=tuple((defines | {"EXPOSURE": int(environment.exposure + pre_exposure != 0.0)}).items()),
         layout=layout,
         size=resampled,
-        # Facets are looked up by the solid angles that they stand for, whatever mirrors read.
-        filter="trilinear" if sampled and quality.environment_filter == "bilinear" else quality.environment_filter,
+        filter=filter,
+        pyramid=pyramid,
         texture_format=texture_format,
         pre_exposure=pre_exposure,
         gloss=gloss,
@@ -83,6 +90,21 @@ def _texture_format(draft: Draft, what: str, name: str, environment: Environment
     fit = draft.contents.light_format(environment, wanted)
     draft.note(what, fit.format.name, fit.why)
     return fit.format.name, fit.exponent
+
+
+def _pyramid(
+    draft: Draft, name: str, environment: Environment, layout: Layout, resampled: int | None, texture_format: str
+) -> str:
+    """Who makes an environment's levels."""
+    if isinstance(environment, Captured):
+        how = "hardware" if layout is CUBE else "box"
+        why = "frames are drawn, and their levels where they lie" if layout is CUBE else "tiles are read back"
+    else:
+        own_grid = resampled is None and draft.contents.environment(environment).has_own_grid
+        peak, is_light = draft.contents.peak(environment), LIGHT_FORMATS[texture_format].signed
+        how, why = fitting_pyramid(draft.quality.pyramid, layout, peak, own_grid=own_grid, is_light=is_light)
+    draft.note(f"{name} pyramid", how, why)
+    return how
 
 
 def brightest(draft: Draft) -> float:

@@ -37,7 +37,8 @@ def require_room(name: str, layout: Layout, size: tuple[int, int], capabilities:
 def texture_bytes(plan: EnvironmentPlan, contents: Contents) -> int:
     """Of an environment's texture, with its levels where the filter reads them."""
     how, channels, of = LIGHT_FORMATS[plan.texture_format], 3, plan.environment
-    if plan.layout is CUBE and plan.size is not None and how.signed:
+    by_driver = plan.filter == "bilinear" or plan.pyramid == "hardware"
+    if plan.layout is CUBE and plan.size is not None and how.signed and by_driver:
         # Frames are copied as they are drawn, with four channels.
         channels = 4 if isinstance(of, Captured) or contents.environment(of).layout is LATLONG else 3
     return _texels(plan, contents) * how.bytes * channels // 3 * (3 if plan.filter == "bilinear" else 4) // 3

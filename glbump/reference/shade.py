@@ -21,7 +21,7 @@ from glbump.errors import SceneError
 from glbump.frame import Frame
 from glbump.maps import cube
 from glbump.maps.layout import EnvironmentMap, sample
-from glbump.maps.levels import environment_levels
+from glbump.maps.levels import environment_levels, fitting_pyramid
 from glbump.maps.light_formats import Fit
 from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
@@ -158,7 +158,7 @@ def _picture(picture: EnvironmentMap, stored: Fit, quality: Quality, below: obje
     """Light (K, 3) of a picture, stored so, in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
     how = quality.environment_filter
     level_of = {"area": filters.direction_level, "longest": filters.longest_level}[quality.environment_level]
-    levels = [picture.pixels] if how == "bilinear" else environment_levels(picture)
+    levels = [picture.pixels] if how == "bilinear" else _levels(picture, stored, quality.pyramid)
     chain = [replace(picture, pixels=stored.as_read(pixels)) for pixels in levels]
 
     def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
@@ -174,6 +174,17 @@ def _picture(picture: EnvironmentMap, stored: Fit, quality: Quality, below: obje
         return share * light + (1 - share) * np.array(below)
 
     return look_up
+
+
+def _levels(picture: EnvironmentMap, stored: Fit, wanted: str) -> list[F32]:
+    how, _ = fitting_pyramid(
+        wanted,
+        picture.layout,
+        float(np.abs(picture.pixels).max()),
+        own_grid=picture.has_own_grid,
+        is_light=stored.format.signed,
+    )
+    return environment_levels(picture, how)
 
 
 class _Surroundings:
