@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,11 +24,31 @@ from glbump.progress import progress
 if TYPE_CHECKING:
     from glbump.frame import Frame
     from glbump.quality import Quality
+    from glbump.scene import Scene
 
 
 def _render(session: Session, call: Callable[[], Frame], label: str) -> Frame:
     with progress(label, shown=not session.quiet):
         return call()
+
+
+def _facts(directory: Path, scene: Scene) -> dict[str, Any]:
+    from glbump.trade.report import read_facts
+
+    return read_facts(directory, scene)
+
+
+def _explained(frame: Frame, facts: dict[str, Any] | None) -> Iterator[str]:
+    """The plan's choices, each with what was measured of the other ways."""
+    from glbump.trade.report import evidence
+
+    known = evidence(facts, frame.stats["plan"]) if facts is not None else {}
+    if facts is not None:
+        size = "x".join(map(str, facts["size"]))
+        yield f"measured at {size} by {facts['driver']}, beside {facts['rows'][0]['name']}:"
+    for line in frame.stats["explain"].splitlines():
+        yield line
+        yield from (f"    {found}" for found in known.get(line.split("  ")[0], ()))
 
 
 @click.command()
@@ -42,6 +62,13 @@ def _render(session: Session, call: Callable[[], Frame], label: str) -> Frame:
 @exposure_option
 @click.option("--reference", is_flag=True, help="Ray-cast in float64 NumPy, without OpenGL: slow and exact.")
 @click.option("--samples", type=click.IntRange(min=1), metavar="N", help="Samples a pixel of --reference.")
+@click.option("--explain", is_flag=True, help="Print what the plan chose, and why.")
+@click.option(
+    "--measured",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="With --explain: what glbump trade found.",
+)
 @json_option
 @common
 def render(
@@ -56,6 +83,8 @@ def render(
     exposure: float,
     reference: bool,
     samples: int | None,
+    explain: bool,
+    measured: Path | None,
     as_json: bool,
 ) -> None:
     """Draw one picture of a scene file.
@@ -64,6 +93,7 @@ def render(
     glbump render scene.toml -o ball.png --size 1024x1024
     glbump render scene.toml -o ball.exr --set surface.0.bump.amplitude=0.1
     glbump render scene.toml -o truth.png --reference --samples 64
+    glbump render scene.toml -o ball.png --explain --measured out/trade
     """
     from glbump.maps.files import check_target
     from glbump.scene import check_size
@@ -71,9 +101,14 @@ def render(
 
     if samples is not None and not reference:
         raise click.UsageError("--samples is of --reference; choose --quality otherwise")
+    if explain and reference:
+        raise click.UsageError("--explain is of the plan, and --reference has none")
+    if measured is not None and not explain:
+        raise click.UsageError("--measured is of --explain; give both")
     size = check_size(size)
     content = set_from_text(load_scene(scene), *settings)
     check_target(output, tone=tone, exposure=exposure, inputs=files_of(content))
+    facts = _facts(measured, content) if measured is not None else None
 
     if reference:
         from glbump.reference import render as render_reference
@@ -92,5 +127,7 @@ def render(
         print_json({"path": output, "size": frame.size, "stats": stats})
     else:
         session.say(f"{output}  {frame.size[0]}x{frame.size[1]}")
+        for line in _explained(frame, facts) if explain else ():
+            session.say(line)
     for note in frame.stats.get("notes", ()):
         session.note(note)

@@ -22,9 +22,9 @@ from glbump.trade.truth import Truth
 
 F32 = npt.NDArray[np.float32]
 
-LEAST_TURNS, MOST_TURNS = 5, 25
-TURNS_SECONDS = 1.5
-"""What the turns of one setting may take, as far as LEAST_TURNS are done."""
+TURNS, MOST_TURNS = 5, 60
+"""Turns are taken by as many, until the median is known to CERTAIN, SECONDS are over, or MOST_TURNS are done."""
+CERTAIN, SECONDS = 0.01, 2.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,11 @@ class _Clock:
     draw: list[float]
     read: list[float]
     gpu: list[float]
+
+    def clear(self) -> None:
+        """Forget them."""
+        for part in (self.frame, self.draw, self.read, self.gpu):
+            part.clear()
 
 
 class Bench:
@@ -141,26 +146,31 @@ class Bench:
             "base": lambda: self._frame(self.renderer, self.scene, self.base, clocks["base"]),
             "this": lambda: self._frame(renderer, scene, quality, clocks["this"]),
         }
-        in_turns(calls, 1, warm_up=1)
-        if turns is None:
-            pair = 1e-3 * sum(clock.frame[-1] for clock in clocks.values())
-            turns = min(max(int(TURNS_SECONDS / pair), LEAST_TURNS), MOST_TURNS)
-        times = in_turns(calls, turns, warm_up=0)
-        base, this = (
-            _Clock(*(part[-turns:] for part in (c.frame, c.draw, c.read, c.gpu)))
-            for c in (clocks["base"], clocks["this"])
-        )
+        in_turns(calls, 1, warm_up=0)
+        base, this = clocks["base"], clocks["this"]
+        for clock in (base, this):
+            clock.clear()
         by_gpu = self.has_gpu_clock
-        cpu = [max(t, 1e-9) for t in times["base"].cpu]
+        cpu: list[tuple[float, float]] = []
+        started = time.perf_counter()
+        while True:
+            times = in_turns(calls, turns or TURNS, warm_up=0)
+            cpu += zip(times["this"].cpu, times["base"].cpu)
+            against = ratios(this.gpu, base.gpu) if by_gpu else ratios(this.frame, base.frame)
+            # The median of n is off by some 0.93 of the distance of the quartiles over root n.
+            unsure = 0.93 * (against.high - against.low) / against.median / len(this.frame) ** 0.5
+            late = time.perf_counter() - started > SECONDS or len(this.frame) >= MOST_TURNS
+            if turns is not None or unsure < CERTAIN or late:
+                break
         return {
-            "turns": turns,
+            "turns": len(this.frame),
             "clock": "GPU timer" if by_gpu else "wall clock",
             "frame": asdict(spread(this.frame)),
             "draw": asdict(spread(this.draw)),
             "read": asdict(spread(this.read)),
             "gpu": asdict(spread(this.gpu)) if by_gpu else None,
-            "times": asdict(ratios(this.gpu, base.gpu) if by_gpu else ratios(this.frame, base.frame)),
-            "cpu": asdict(ratios(times["this"].cpu, cpu)),
+            "times": asdict(against),
+            "cpu": asdict(spread([a / max(b, 1e-9) for a, b in cpu])),
         }
 
     def _frame(self, renderer: Renderer, scene: Scene, quality: Quality, clock: _Clock) -> None:

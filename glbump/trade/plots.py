@@ -33,7 +33,7 @@ _COLOURS = (
     "#bbbbbb",
 )
 """Told apart by people of any colour vision (Tol 2021, bright and muted)."""
-_STRONG = {"base": "#000000", "preset": "#000000"}
+_STRONG = {"base": "#000000", "preset": "#000000", "combination": "#777777"}
 
 
 def front_svg(points: Sequence[Point], cost: str, error: str, floor: float = 0.0) -> str:
@@ -64,7 +64,7 @@ def front_svg(points: Sequence[Point], cost: str, error: str, floor: float = 0.0
         parts.append(
             f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{radius}" fill="{colours[p.series]}"><title>{title}</title></circle>'
         )
-    parts += _names([(p.name, *places[p]) for p in shown if p.on_front or p.series in _STRONG])
+    parts += _names([(p.name, *places[p]) for p in shown if p.on_front or p.series in ("base", "preset")])
     for i, name in enumerate(series):
         at = _TOP + 10 + 17 * i
         parts.append(f'<circle cx="{WIDTH - _RIGHT + 20}" cy="{at - 4}" r="4" fill="{colours[name]}"/>')

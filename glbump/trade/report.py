@@ -10,10 +10,11 @@ from typing import Any
 
 from glbump.errors import GlbumpError
 from glbump.maps.files import write_atomically
+from glbump.scene import Scene
 from glbump.trade.errors import FIGURES
 from glbump.trade.page import page
 from glbump.trade.plots import Point, front_svg
-from glbump.trade.results import plain
+from glbump.trade.results import plain, scene_key
 from glbump.trade.settings import BASE, FEATURE, KNOB
 from glbump.trade.sweep import Trade
 
@@ -73,6 +74,19 @@ def table(trade: Trade) -> str:
         empty = [""] * (len(errors) + len(costs) + len(first) + 1)
         writer.writerow([*about, setting.kind, setting.name, 0, *empty, setting.skipped])
     return made.getvalue()
+
+
+def read_facts(directory: Path, scene: Scene) -> dict[str, Any]:
+    """What a trade wrote of this scene, as `Trade.facts` has it. GlbumpError where there is none, or of another."""
+    path = directory / JSON
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        key, _ = facts["scene"], facts["rows"][0]["plan"]
+    except (OSError, ValueError, LookupError, TypeError):
+        raise GlbumpError(f"{path}: is no trade; glbump trade SCENE -o {directory} makes one") from None
+    if key != scene_key(scene):
+        raise GlbumpError(f"{directory}: is the trade of another scene, or of this one before it was changed")
+    return facts
 
 
 def evidence(measured: dict[str, Any], plan: dict[str, str]) -> dict[str, list[str]]:

@@ -21,7 +21,7 @@ from glbump.trade.features import left_out
 from glbump.trade.measure import Bench, Measured
 from glbump.trade.metrics import difference_picture
 from glbump.trade.results import Results, Row, digest, scene_key
-from glbump.trade.settings import BASE, FEATURE, PRESET, Setting, combinations, front, one_at_a_time, presets
+from glbump.trade.settings import ALIKE, BASE, FEATURE, PRESET, Setting, combinations, front, one_at_a_time, presets
 from glbump.trade.truth import Truth, find_truth
 
 GAIN = 16.0
@@ -181,7 +181,7 @@ class Sweep:
                 step()
 
         measure(self.settings)
-        measure(combinations(bench.base, rows, self.metric, COMBINATIONS))
+        measure(combinations(bench.base, rows, self.metric, COMBINATIONS, bench.plan))
         choices = [asdict(choice) for choice in bench.plan(bench.base).choices]
         best = _front(rows, self.metric)
         return Trade(
@@ -240,7 +240,8 @@ class Sweep:
 def _front(rows: list[Row], metric: str) -> list[str]:
     """Names of the settings that none beats in time and error, the cheapest first."""
     shown = [row for row in rows if row["kind"] != FEATURE and row["error"][metric] is not None]
-    return [shown[i]["name"] for i in front([(r["cost"]["times"]["median"], r["error"][metric]) for r in shown])]
+    points = [(row["cost"]["times"]["median"], row["error"][metric]) for row in shown]
+    return [shown[i]["name"] for i in front(points, ALIKE)]
 
 
 def _version() -> str:
