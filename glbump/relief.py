@@ -27,7 +27,7 @@ SLOPES, NORMALS, HEIGHTS, SCREEN = "slopes", "normals", "heights", "screen"
 class Layer:
     """One bump as it is read: from a map of slopes, of a normal map's slopes, or of heights, whose gradient is taken
     where they are seen, from texels or from pixel to pixel (SCREEN). why: of heights, the reason for the one or the
-    other. stored: how textures keep the map."""
+    other. stored: how textures keep the map. pyramid: who makes its levels, as in Quality."""
 
     bump: Bump | NormalMap
     kind: str
@@ -35,6 +35,7 @@ class Layer:
     why: str
     stored: BumpFormat
     stored_why: str
+    pyramid: str = "box"
 
     @property
     def ends(self) -> bool:
@@ -121,7 +122,10 @@ def _is_parallelogram(corners: Sequence[Sequence[float]]) -> bool:
 
 def _layer(surface: Surface, bump: Bump | NormalMap, quality: Quality, contents: Contents) -> Layer:
     kind, kernel, why = _read(bump, quality)
-    return Layer(bump, kind, kernel, why, *_stored(surface, bump, kind, kernel, quality.bump_format, contents))
+    # Second moments are about means; what rings has others.
+    pyramid = "box" if quality.pyramid == "kaiser" and quality.bump_spread != "none" else quality.pyramid
+    stored = _stored(surface, bump, kind, kernel, quality.bump_format, contents)
+    return Layer(bump, kind, kernel, why, *stored, pyramid)
 
 
 def _read(bump: Bump | NormalMap, quality: Quality) -> tuple[str, str, str]:

@@ -31,12 +31,13 @@ from glbump.maps.layout import (
 )
 from glbump.maps.levels import angles, environment_levels, level_sizes, texel_angles
 from glbump.maps.overlap import Grid
-from glbump.maps.pyramid import chain, kaiser
+from glbump.maps.pyramid import chain, chain_by, kaiser
 from glbump.quality import KNOBS, Quality
-from glbump.scene import Material, Scene, Surface
-from glbump.shapes import Torus
+from glbump.scene import Bump, Material, Scene, Surface
+from glbump.shapes import Torus, Transform
 
 NOISE = np.random.default_rng(11)
+MIRROR = Material(metallic=1, roughness=0)
 
 
 def noisy(layout: Layout, size: int, *, border: bool = False) -> EnvironmentMap:
@@ -324,7 +325,7 @@ PICTURES: dict[str, Any] = {
 @pytest.mark.parametrize("how", KNOBS["pyramid"].values)
 @pytest.mark.parametrize("name", PICTURES)
 def test_levels_on_the_gpu_are_the_references(renderer: Renderer, name: str, how: str) -> None:
-    scene = Scene([Surface(Torus(0.8, 0.35), Material(metallic=1, roughness=0))], PICTURES[name])
+    scene = Scene([Surface(Torus(0.8, 0.35), MIRROR)], PICTURES[name])
     quality = Quality("exact", samples=1, environment_filter="trilinear", pyramid=how)
     got = renderer.render(scene, (48, 48), quality)
     want = reference.render(scene, (48, 48), 1, quality=quality).pixels
@@ -343,7 +344,7 @@ def test_levels_on_the_gpu_are_the_references(renderer: Renderer, name: str, how
 
 @pytest.mark.parametrize("how", KNOBS["pyramid"].values)
 def test_a_resampled_cube_has_these_levels_too(renderer: Renderer, how: str) -> None:
-    scene = Scene([Surface(Torus(0.8, 0.35), Material(metallic=1, roughness=0))], _panorama())
+    scene = Scene([Surface(Torus(0.8, 0.35), MIRROR)], _panorama())
     quality = Quality("balanced", samples=1, pyramid=how, texture_format="float")
     cube_kept = renderer.render(scene, (48, 48), replace(quality, environment_layout="cube"))
     given = renderer.render(scene, (48, 48), quality)
@@ -362,3 +363,29 @@ def test_codes_are_not_left_to_the_driver(renderer: Renderer) -> None:
     quality = Quality("balanced", pyramid="hardware", texture_format="srgb8")
     plan = renderer.render(scene, (16, 16), quality).stats["plan"]
     assert (plan["texture format"], plan["environment pyramid"]) == ("srgb8", "box")
+
+
+@pytest.mark.parametrize("how", KNOBS["pyramid"].values)
+def test_levels_of_bumps_are_the_references(renderer: Renderer, how: str) -> None:
+    heights = NOISE.random((32, 32)).astype(np.float32)
+    far = Transform(rotate=(20, 0, 0))
+    scene = Scene([Surface(Torus(0.8, 0.35), MIRROR, Bump(heights, amplitude=0.01, repeat=(12, 6)), far)], _panorama())
+    quality = Quality("exact", samples=1, bump_filter="trilinear", pyramid=how)
+    got = renderer.render(scene, (64, 64), quality)
+    want = reference.render(scene, (64, 64), 1, quality=quality).pixels
+    error = np.abs(got.pixels - want).max(axis=-1)
+    assert (error > 0.03).mean() < 0.06  # outlines, and a driver's levels (0.043)
+    assert got.stats["plan"]["surface 0 bump pyramid"] == how
+    other = replace(quality, pyramid="kaiser" if how != "kaiser" else "box")
+    assert np.abs(renderer.render(scene, (64, 64), other).pixels - got.pixels).max() > 0.01
+    moments = replace(quality, bump_spread="lean", pyramid="kaiser")
+    assert renderer.render(scene, (64, 64), moments).stats["plan"]["surface 0 bump pyramid"] == "box"
+
+
+def test_a_chain_by_kaiser_keeps_its_range_and_its_sizes() -> None:
+    slopes = NOISE.normal(size=(45, 30, 2)).astype(np.float32)
+    levels = chain_by("kaiser", slopes, wraps=True)
+    assert [level.shape for level in levels] == [level.shape for level in chain(slopes)]
+    assert all(level.min() >= slopes.min() and level.max() <= slopes.max() for level in levels)
+    assert np.abs(levels[2] - chain(slopes)[2]).max() > 0.01
+    assert all(np.array_equal(a, b) for a, b in zip(chain_by("box", slopes, wraps=True), chain(slopes), strict=True))

@@ -18,7 +18,7 @@ from glbump.gl.levels import cube_texture, generate_levels, texture_2d
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, resampled, sheet
 from glbump.maps.levels import environment_levels
 from glbump.maps.light_formats import LIGHT_FORMATS
-from glbump.maps.pyramid import chain
+from glbump.maps.pyramid import chain_by
 from glbump.mesh import in_frame, in_repeats, outline
 from glbump.plan import EnvironmentPlan, Plan
 from glbump.relief import Layer
@@ -189,13 +189,18 @@ class Store:
         def make() -> tuple[Any, int]:
             texels = layer.texels(self._contents, heights=full)[::-1]
             most = layer.most(self._contents)
-            levels = [layer.stored.stored(t, most) for t in ([texels] if how == "bilinear" else chain(texels))]
+            by_driver = how != "bilinear" and layer.pyramid == "hardware"
+            is_one = how == "bilinear" or by_driver
+            made = [texels] if is_one else chain_by(layer.pyramid, texels, wraps=not layer.ends)
+            levels = [layer.stored.stored(t, most) for t in made]
             texture = texture_2d(self._context, levels, layer.stored.dtype)
+            if by_driver:
+                generate_levels(self._context, texture)
             texture.filter = FILTERS[how]
             texture.repeat_x = texture.repeat_y = not layer.ends
-            return texture, sum(level.nbytes for level in levels)
+            return texture, sum(level.nbytes for level in levels) * (4 if by_driver else 3) // 3
 
-        key = ("relief", layer.kind, layer.kernel, full, bump_key(layer.bump), layer.stored.name, how)
+        key = ("relief", layer.kind, layer.kernel, full, bump_key(layer.bump), layer.stored.name, how, layer.pyramid)
         result: moderngl.Texture = self._get(key, make)
         return result
 

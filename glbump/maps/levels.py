@@ -30,9 +30,6 @@ from glbump.maps.layout import (
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 
-LEAST_KAISER = 8
-"""Texels along the shorter side of a tile below which the kernel, twelve texels wide, would see the tile's far side."""
-
 
 def level_sizes(environment: EnvironmentMap) -> list[tuple[int, int]]:
     """Width and height of a tile in each of environment_levels."""
@@ -57,7 +54,7 @@ def environment_levels(environment: EnvironmentMap, how: str = "box") -> list[F3
     mean: npt.NDArray[Any] = environment.pixels
     kaiser = how == "kaiser" and not layout.disc and not environment.has_own_grid
     for size, next_size in pairwise(sizes):
-        if kaiser and min(size) >= LEAST_KAISER:
+        if kaiser and min(size) >= pyramid.LEAST_KAISER:
             level = _sharp(replace(environment, pixels=levels[-1]), levels[0])
             mean = level
         else:

@@ -119,6 +119,9 @@ def _merge_band(texels: npt.NDArray[Any], shares: F64, values: F64) -> None:
 
 _ALPHA, _HALF_WIDTH = 4.0, 3.0
 
+LEAST_KAISER = 8
+"""Texels along the shorter side below which the kernel, twelve texels wide, would see the far side."""
+
 
 def _kaiser(x: F64) -> F64:
     """sinc(x) under a Kaiser window of alpha 4 that ends at 3 texels of the coarser level (Castano's choice)."""
@@ -184,6 +187,20 @@ def kaiser(array: npt.NDArray[Any], *, wraps: bool) -> F64:
     beyond = [(kaiser_margin(n) if n > 1 else 0,) * 2 for n in (height, width)]
     padded = np.pad(array.astype(np.float64), [*beyond, (0, 0)], mode="wrap" if wraps else "edge")
     return kaiser_inner(padded[None], (width, height))[0]
+
+
+def chain_by(how: str, array: npt.NDArray[Any], *, wraps: bool) -> list[F32]:
+    """The mip levels of (H, W, C) by "kaiser", clipped to the range that `array` has, or else by "box", as `chain`.
+
+    wraps: the map repeats. Levels after one of fewer than 8 texels along a side are means: the kernel sees twelve.
+    """
+    if how != "kaiser":
+        return chain(array)
+    levels = [np.asarray(array, np.float32)]
+    low, high = array.min(axis=(0, 1)), array.max(axis=(0, 1))
+    while min(levels[-1].shape[:2]) >= LEAST_KAISER:
+        levels.append(np.clip(kaiser(levels[-1], wraps=wraps), low, high).astype(np.float32))
+    return levels[:-1] + chain(levels[-1])
 
 
 def slope_moments(slopes: npt.NDArray[Any], most: int = 64) -> list[tuple[F32, F32]]:

@@ -128,6 +128,13 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], apa
     return SurfacePlan(tuple(defines.items()), segments, closed, environment[0], layers)
 
 
+_PYRAMIDS = {
+    "hardware": "the driver's: of odd sizes it drops texels, and 8 bits grow by a third of a code a level",
+    "box": "means of slopes",
+    "kaiser": "sharper than means of slopes, and no second moments go with them",
+}
+
+
 def _bumps(draft: Draft, name: str, surface: Surface) -> tuple[tuple[Layer, ...], dict[str, int]]:
     """How a surface's bumps are read, and the defines of that."""
     quality, contents, note = draft.quality, draft.contents, draft.note
@@ -141,6 +148,8 @@ def _bumps(draft: Draft, name: str, surface: Surface) -> tuple[tuple[Layer, ...]
         where = ", triplanar" if layer.is_triplanar else ""
         note(f"{name} bump{number}", f"{what}{where}, {layer.filter(quality.bump_filter)}", layer.why)
         note(f"{name} bump{number} format", layer.stored.name, layer.stored_why)
+        if layer.filter(quality.bump_filter) != "bilinear":
+            note(f"{name} bump{number} pyramid", layer.pyramid, _PYRAMIDS[layer.pyramid])
         if layer.is_triplanar and layer.kind != relief.SCREEN:
             off = relief.mixing(surface, layer, contents)
             why = f"normals are off by {off:.2g} degrees at most where its three maps meet"

@@ -52,7 +52,8 @@ class Relief:
     def _levels(self, layer: Layer, contents: Contents) -> list[F64]:
         """(H, W, C), row 0 at v = 0, as the texture's filter sees them: what was stored, read back."""
         texels, most = layer.texels(contents, heights=True)[::-1], layer.most(contents)
-        levels = [texels] if layer.filter(self.how) == "bilinear" else pyramid.chain(texels)
+        one = layer.filter(self.how) == "bilinear"
+        levels = [texels] if one else pyramid.chain_by(layer.pyramid, texels, wraps=not layer.ends)
         return [before_filter(layer.stored, level, most) for level in levels]
 
     def bent(self, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
