@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,10 @@ from glbump.maps.light_formats import Fit, fitting
 from glbump.mesh import SEGMENTS, Mesh, bounds, steepest_turn, tessellate
 from glbump.scene import Bump, NormalMap, Scene
 from glbump.shapes import MESHES, MeshData, MeshFile, Shape
+
+if TYPE_CHECKING:
+    from glbump.maps.suns import Parted
+    from glbump.reference.irradiance import Quadrature
 
 F32 = npt.NDArray[np.float32]
 
@@ -166,22 +170,45 @@ class Contents:
         )
         return result
 
-    def irradiance(self, environment: Environment) -> npt.NDArray[np.float64]:
-        """(9, 3) coefficients for sh9_irradiance, before exposure."""
-        from glbump.maps.diffuse import sh9
+    def parted(self, environment: Environment) -> Parted:
+        """The environment's suns, and its picture without them."""
+        from glbump.maps.suns import part
 
-        result: npt.NDArray[np.float64] = self._get(
-            ("sh9", environment_key(environment)), lambda: sh9(self.environment(environment))
+        result: Parted = self._get(
+            ("parted", environment_key(environment)), lambda: part(self.environment(environment))
         )
         return result
 
-    def gloss(self, environment: Environment, size: int, samples: int) -> list[F32]:
-        """The roughness chain: (6, n, n, 3) for each level, level i for roughness i / (levels - 1)."""
+    def blurred(self, environment: Environment, *, apart: bool) -> EnvironmentMap:
+        """What is summed over directions: the environment's picture, or what its suns leave of it."""
+        return self.parted(environment).rest if apart else self.environment(environment)
+
+    def irradiance(self, environment: Environment, *, apart: bool = False) -> npt.NDArray[np.float64]:
+        """(9, 3) coefficients for sh9_irradiance, before exposure. apart: without the environment's suns."""
+        from glbump.maps.diffuse import sh9
+
+        result: npt.NDArray[np.float64] = self._get(
+            ("sh9", environment_key(environment), apart), lambda: sh9(self.blurred(environment, apart=apart))
+        )
+        return result
+
+    def quadrature(self, environment: Environment, *, apart: bool) -> Quadrature:
+        """The truth of diffuse light, before exposure. apart: as above."""
+        from glbump.reference.irradiance import Quadrature
+
+        result: Quadrature = self._get(
+            ("quadrature", environment_key(environment), apart),
+            lambda: Quadrature(self.blurred(environment, apart=apart)),
+        )
+        return result
+
+    def gloss(self, environment: Environment, size: int, samples: int, *, apart: bool = False) -> list[F32]:
+        """The roughness chain: (6, n, n, 3) for each level, level i for roughness i / (levels - 1). apart: as above."""
         from glbump.maps.gloss import gloss_chain
 
         result: list[F32] = self._get(
-            ("gloss", environment_key(environment), size, samples),
-            lambda: gloss_chain(self.environment(environment), size, samples),
+            ("gloss", environment_key(environment), size, samples, apart),
+            lambda: gloss_chain(self.blurred(environment, apart=apart), size, samples),
         )
         return result
 

@@ -45,6 +45,8 @@ KNOBS: dict[str, Knob] = {
     ),
     "bump_filter": Knob("mip levels of bumps", ("bilinear", "nearest-level", "trilinear")),
     "bump_spread": Knob("what is kept of bumps that levels average", ("none", "toksvig", "lean")),
+    "diffuse": Knob("light that surfaces scatter: by nine harmonics, or a small map", ("sh9", "map")),
+    "suns": Knob("small bright lights: blurred with the rest, or shaded apart", ("kept", "apart")),
     "gloss": Knob("how the lobes of rough surfaces are summed", ("chain", "sampled")),
     "lobe_samples": Knob("facets that a sample sums, where lobes are sampled", (4, 16, 64, 256), "", (1, 4096), True),
     "gloss_chain": Knob("who blurs the roughness chain", ("drawn", "tree")),
@@ -74,6 +76,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.25,
+        "diffuse": "sh9",
+        "suns": "apart",
         "gloss": "chain",
         "lobe_samples": 16,
         "gloss_chain": "drawn",
@@ -98,6 +102,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "texture_format": "half",
         "frame_format": "half",
         "silhouette": 0.1,
+        "diffuse": "sh9",
+        "suns": "apart",
         "gloss": "chain",
         "lobe_samples": 16,
         "gloss_chain": "drawn",
@@ -122,6 +128,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "texture_format": "float",
         "frame_format": "float",
         "silhouette": 0.02,
+        "diffuse": "map",
+        "suns": "apart",
         "gloss": "sampled",
         "lobe_samples": 16,
         "gloss_chain": "tree",
@@ -153,6 +161,8 @@ class Quality(check.Frozen):
     "screen", from pixel to pixel, which is off by as much as a pixel is large. bump_terms: "small" drops B (N/|N|)_u
     and _v, "full" keeps them, "auto" keeps them where they matter (direction_error). bump_format: as floats, in codes
     of slopes, or, of normal maps, in codes of normals; the plan says what it costs. docs/bump.md has all of bumps.
+    diffuse: "sh9" is off by 1 % on average, a "map" by 0.02. suns: what is 50 times brighter than the rest and within 5
+    degrees is "apart", a disc that shines on rough and diffuse surfaces; docs/environments.md has both.
     gloss: "chain" reads an environment that was blurred for a few roughnesses, as if seen along the normal; "sampled"
     sums lobe_samples facets a sample, as the eye sees them. gloss_chain: "drawn" by the GPU, or summed over a "tree" by
     the CPU. gloss_size: of the chain's first level. gloss_samples: source texels that a texel of its second level reads
@@ -175,6 +185,8 @@ class Quality(check.Frozen):
     texture_format: str = _FROM_PRESET
     frame_format: str = _FROM_PRESET
     silhouette: float = _FROM_PRESET
+    diffuse: str = _FROM_PRESET
+    suns: str = _FROM_PRESET
     gloss: str = _FROM_PRESET
     lobe_samples: int = _FROM_PRESET
     gloss_chain: str = _FROM_PRESET

@@ -42,6 +42,11 @@ class Material(check.Frozen):
             transmission=check.number("material.transmission", self.transmission, least=0, most=1),
         )
 
+    @property
+    def is_diffuse(self) -> bool:
+        """Whether it scatters light that comes from all sides."""
+        return self.metallic < 1.0 and self.transmission < 1.0 and any(self.base_color)
+
 
 def _repeat(what: str, value: Any) -> Vec2:
     x, y = check.vector(what, check.sequence(value) or (value, value), 2, above=0, most=1e6)

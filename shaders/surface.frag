@@ -19,6 +19,8 @@
 #define TINTED_MIRROR 1
 #define SMOOTH 2
 #define GLOSSY 3
+#define BY_SH9 1
+#define BY_MAP 2
 
 #include "environment_input.glsl"
 #include "lib/mapping.glsl"
@@ -75,7 +77,19 @@ uniform vec3 dielectric_f0;
 #endif
 #if DIFFUSE
 uniform vec3 diffuse_color;
+#endif
+#if DIFFUSE == BY_SH9
 uniform vec3 sh[9];
+#elif DIFFUSE == BY_MAP
+uniform samplerCube irradiance_map;
+#elif DIFFUSE
+#error "DIFFUSE must be 0, BY_SH9 or BY_MAP"
+#endif
+#if SUNS
+#include "lib/sun.glsl"
+uniform vec3 sun_dir[SUNS];
+uniform vec3 sun_irradiance[SUNS];
+uniform float sun_radius[SUNS];
 #endif
 #if TRANSMISSION || LIGHT == GLOSSY
 uniform vec3 base_color;
@@ -276,6 +290,37 @@ vec3 mirrored(vec3 p_room, vec3 dir_env) {
 #endif
 }
 
+#if DIFFUSE
+vec3 irradiance_over_pi(vec3 n_env) {
+#if DIFFUSE == BY_SH9
+    vec3 irradiance = sh9_irradiance(n_env, sh);
+#else
+    vec3 irradiance = textureLod(irradiance_map, n_env, 0.0).rgb;
+#endif
+#if SUNS
+    for (int i = 0; i < SUNS; i++) irradiance += max(dot(n_env, sun_dir[i]), 0.0) * INV_PI * sun_irradiance[i];
+#endif
+#if EXPOSURE
+    irradiance *= exposure_factor;
+#endif
+    return irradiance;
+}
+#endif
+
+#if SUNS && LIGHT == GLOSSY && GLOSS == CHAIN
+// Of the suns that the chain is without, once reflected.
+vec3 suns_mirrored(vec3 v_env, vec3 n_env) {
+    vec3 radiance = vec3(0.0);
+    for (int i = 0; i < SUNS; i++) {
+        radiance += sun_irradiance[i] * sun_reflected(n_env, v_env, sun_dir[i], sun_radius[i], roughness, f0);
+    }
+#if EXPOSURE
+    radiance *= exposure_factor;
+#endif
+    return radiance;
+}
+#endif
+
 // geometry_env: the normal of the surface without its bumps, on the eye's side. eta: index of refraction on the eye's
 // side over that on the other.
 vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) {
@@ -332,15 +377,16 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) 
     vec3 result = share * lobe.mirrored;
 #elif LIGHT == GLOSSY
     vec3 result = share * mirrored(p_room, lobe_dir(n_env, look_env, roughness));
+#if SUNS
+    // What a facet scatters on counts as share has it, at every angle of the sun.
+    vec3 scattered = share / max(f0 * factors.x + factors.y, 1e-6);
+    result += scattered * suns_mirrored(-dir_env, n_env);
+#endif
 #else
     vec3 result = share * mirrored(p_room, look_env);
 #endif
 #if DIFFUSE
-    vec3 irradiance = sh9_irradiance(n_env, sh);
-#if EXPOSURE
-    irradiance *= exposure_factor;
-#endif
-    result += kept * diffuse_color * irradiance;
+    result += kept * diffuse_color * irradiance_over_pi(n_env);
 #endif
 #if TRANSMISSION && LIGHT == GLOSSY && GLOSS == SAMPLED
     result += kept * transmitted_color * lobe.through;

@@ -19,6 +19,7 @@ MODULES = {
     "lint": "lint",
     "normals": "normals",
     "prefilter": "prefilter",
+    "prefilter": "prefilter",
     "render": "render",
     "tune": "tune",
     "trade": "trade",

@@ -153,7 +153,7 @@ def _plans(plan: Plan) -> dict[Captured, EnvironmentPlan]:
 
 
 def _is_read_back(how: EnvironmentPlan) -> bool:
-    return how.gloss is not None or how.irradiance or how.layout is not CUBE
+    return how.gloss is not None or how.diffuse or how.layout is not CUBE
 
 
 def _kind(how: EnvironmentPlan) -> Hashable:

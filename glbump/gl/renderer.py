@@ -24,7 +24,7 @@ from glbump.gl.targets import Targets, read
 from glbump.gl.textures import Store
 from glbump.gl.uniforms import Sample, Uniforms, View, mesh_repeat
 from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
-from glbump.plan.choices import FACTORS, GLOSSY, MESH
+from glbump.plan.choices import DIFFUSES, FACTORS, GLOSSY, MESH
 from glbump.quality import Quality, quality_of
 from glbump.relief import is_normal_mapped
 from glbump.scene import MOST_BUMPS, Scene, check_size
@@ -36,7 +36,8 @@ _SAMPLE_SHADING = 0x8C36
 # Texture units.
 _ENVIRONMENT, _GLOSS, _FRAME, _BUMP_0 = range(4)
 _DFG = _BUMP_0 + 2 * MOST_BUMPS
-_SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS, "dfg_table": _DFG} | {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
+_IRRADIANCE = _DFG + 1
+_SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS, "dfg_table": _DFG, "irradiance_map": _IRRADIANCE} | {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
 
 
 @dataclass(frozen=True)
@@ -358,6 +359,8 @@ class Renderer:
         glossy = how.has("LIGHT") == GLOSSY
         if glossy and how.has("DFG") == FACTORS["table"]:
             textures.append((self._store.lobe_factors(), _DFG))
+        if how.has("DIFFUSE") == DIFFUSES["map"]:
+            textures.append((self._store.irradiance(environment), _IRRADIANCE))
         if glossy and environment.gloss is not None:
             textures.append((self._store.gloss(environment), _GLOSS))
         elif environment.layout is not None:

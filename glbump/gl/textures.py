@@ -208,17 +208,33 @@ class Store:
         """An environment's roughness chain."""
         assert plan.gloss is not None
         size, samples, drawn = plan.gloss
+        apart = plan.suns > 0
 
         def make() -> tuple[Any, int]:
             if drawn:
                 from glbump.gl.bake import gloss_chain
 
-                chain = gloss_chain(self._context, self._contents.environment(plan.environment), size, samples)
+                picture = self._contents.blurred(plan.environment, apart=apart)
+                chain = gloss_chain(self._context, picture, size, samples)
             else:
-                chain = self._contents.gloss(plan.environment, size, samples)
+                chain = self._contents.gloss(plan.environment, size, samples, apart=apart)
             return self.panorama(CUBE, chain, plan.texture_format, plan.pre_exposure)
 
-        key = ("gloss", environment_key(plan.environment), plan.gloss, plan.texture_format, plan.pre_exposure)
+        key = ("gloss", environment_key(plan.environment), plan.gloss, apart, plan.texture_format, plan.pre_exposure)
+        result: moderngl.TextureCube = self._get(key, make)
+        return result
+
+    def irradiance(self, plan: EnvironmentPlan) -> moderngl.TextureCube:
+        """An environment's irradiance / pi by normal. In floats: it is small."""
+        apart = plan.suns > 0
+
+        def make() -> tuple[Any, int]:
+            from glbump.maps.diffuse import MAP_SIZE, irradiance_map
+
+            picture = self._contents.blurred(plan.environment, apart=apart)
+            return self.panorama(CUBE, [irradiance_map(picture, MAP_SIZE)], "float", plan.pre_exposure)
+
+        key = ("irradiance", environment_key(plan.environment), apart, plan.pre_exposure)
         result: moderngl.TextureCube = self._get(key, make)
         return result
 

@@ -20,7 +20,7 @@ from glbump.maps.layout import EnvironmentMap, sheet_corners
 from glbump.maps.levels import level_sizes
 from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
-from glbump.plan.choices import BY_PIXEL, GENERAL, MESH
+from glbump.plan.choices import BY_PIXEL, DIFFUSES, GENERAL, MESH
 from glbump.reference.reflect import f0_from_ior
 from glbump.relief import Layer
 from glbump.scene import MOST_BUMPS, Bump, Scene, Surface
@@ -227,8 +227,14 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     values["diffuse_color"] = tuple((1 - material.metallic) * (1 - through) * color)
     values["transmitted_color"] = tuple((1 - material.metallic) * through * color)
     values |= {"base_color": material.base_color, "metallic": material.metallic, "ior": material.ior}
-    if how.has("DIFFUSE"):
-        values["sh"] = contents.irradiance(environment.environment) / 2.0**environment.pre_exposure
+    stored = 2.0**environment.pre_exposure
+    if how.has("DIFFUSE") == DIFFUSES["sh9"]:
+        values["sh"] = contents.irradiance(environment.environment, apart=environment.suns > 0) / stored
+    if how.has("SUNS"):
+        suns = contents.parted(environment.environment).suns
+        values["sun_dir"] = np.array([sun.direction for sun in suns])
+        values["sun_irradiance"] = np.array([sun.irradiance for sun in suns]) / stored
+        values["sun_radius"] = np.array([sun.radius for sun in suns])
     values["roughness"] = material.roughness
     if environment.gloss is not None:
         values["last_gloss_level"] = environment.gloss.last_level

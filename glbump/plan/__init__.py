@@ -61,7 +61,8 @@ def make_plan(
     defines = [(*e.defines, ("LOG_DEPTH", int(log_depth))) for e in environments]
     number = [scene.environments.index(scene.environment_of(s)) for s in scene.surfaces]
     surfaces = tuple(
-        surface_plan(draft, i, (number[i], defines[number[i]]), bool(alone)) for i, alone in enumerate(apart(boxes))
+        surface_plan(draft, i, (number[i], defines[number[i]]), environments[number[i]].suns, bool(alone))
+        for i, alone in enumerate(apart(boxes))
     )
     for i, how in enumerate(surfaces):
         require_drawable(i, scene, how.layers, contents, draft.capabilities.max_texture_size)

@@ -40,6 +40,7 @@ NONE, ORTHOGONAL, GENERAL = range(3)
 BY_POINT, BY_PIXEL = range(2)
 WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
 NO_PARALLAX, BOX, SPHERICAL = range(3)
+DIFFUSES = {"sh9": 1, "map": 2}
 GLOSSES = {"chain": 0, "sampled": 1}
 FACTORS = {"fit": 0, "table": 1}
 
@@ -86,7 +87,7 @@ class EnvironmentPlan:
 
     layout: of its texels on the GPU, None where it is computed; size: of its tiles, where they are not the picture's.
     filter, pyramid, texture_format: as in Quality; pre_exposure: texels are light / 2**it. gloss: the roughness chain,
-    where a surface needs it; irradiance: whether one needs that.
+    where a surface needs it; diffuse: whether one scatters its light. suns: taken out of both.
     """
 
     environment: Environment
@@ -98,7 +99,8 @@ class EnvironmentPlan:
     texture_format: str
     pre_exposure: int = 0
     gloss: ChainPlan | None = None
-    irradiance: bool = False
+    diffuse: bool = False
+    suns: int = 0
 
 
 @dataclass(frozen=True)

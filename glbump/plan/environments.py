@@ -28,10 +28,11 @@ from glbump.plan.choices import (
     Draft,
     EnvironmentPlan,
 )
-from glbump.plan.materials import gloss_chain, is_diffuse, light_of
+from glbump.plan.materials import gloss_chain, light_of
 from glbump.plan.room import require_room
 from glbump.reference.computed import is_averaged
-from glbump.scene import Scene
+from glbump.reference.suns import suns_apart
+from glbump.scene import Material, Scene
 
 F64 = npt.NDArray[np.float64]
 
@@ -76,7 +77,8 @@ def environment_plan(draft: Draft, number: int, environment: Environment) -> Env
         texture_format=texture_format,
         pre_exposure=pre_exposure,
         gloss=gloss,
-        irradiance=any(map(is_diffuse, materials)),
+        diffuse=_diffuse(draft, number, materials),
+        suns=_suns(draft, number, environment),
     )
 
 
@@ -105,6 +107,28 @@ def _pyramid(
         how, why = fitting_pyramid(draft.quality.pyramid, layout, peak, own_grid=own_grid, is_light=is_light)
     draft.note(f"{name} pyramid", how, why)
     return how
+
+
+_DIFFUSE_ERROR = {
+    "sh9": "off by 1 % of the brightest on average, by 3/32 of a point of light at most",
+    "map": "the cosine integral itself in faces of 32, off by 0.02 % on average",
+}
+
+
+def _diffuse(draft: Draft, number: int, materials: list[Material]) -> bool:
+    """Whether a surface scatters the light of the scene's environment `number`."""
+    needed = any(material.is_diffuse for material in materials)
+    how = draft.quality.diffuse
+    what = "diffuse light" if number == 0 else f"diffuse light {number}"
+    draft.note(what, how if needed else "none", _DIFFUSE_ERROR[how] if needed else "no surface scatters any")
+    return needed
+
+
+def _suns(draft: Draft, number: int, environment: Environment) -> int:
+    """How many of its suns are shaded apart."""
+    suns, why = suns_apart(draft.scene, environment, draft.quality, draft.contents)
+    draft.note("suns" if number == 0 else f"suns {number}", f"{len(suns)} apart" if suns else "kept", why)
+    return len(suns)
 
 
 def brightest(draft: Draft) -> float:

@@ -77,11 +77,6 @@ def is_transmissive(material: Material) -> bool:
     return material.metallic < 1.0 and material.transmission > 0.0
 
 
-def is_diffuse(material: Material) -> bool:
-    """Whether it scatters light that comes from all sides."""
-    return material.metallic < 1.0 and material.transmission < 1.0 and any(material.base_color)
-
-
 def why_light(material: Material) -> tuple[str, str]:
     """The name of light_of(material), and its reason."""
     return _WHY[light_of(material)](material)

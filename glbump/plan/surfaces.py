@@ -17,6 +17,7 @@ from glbump.plan.choices import (
     BY_PIXEL,
     BY_POINT,
     CLAMPED,
+    DIFFUSES,
     GENERAL,
     GLOSSY,
     HEIGHTS,
@@ -37,7 +38,7 @@ from glbump.plan.choices import (
     SurfacePlan,
 )
 from glbump.plan.environments import parallax
-from glbump.plan.materials import gloss_defines, is_diffuse, is_transmissive, light_of, why_light
+from glbump.plan.materials import gloss_defines, is_transmissive, light_of, why_light
 from glbump.quality import Quality
 from glbump.relief import Layer
 from glbump.scene import Bump, Scene, Surface
@@ -89,9 +90,9 @@ def _require_drawable(index: int, surface: Surface, layer: Layer, contents: Cont
             )
 
 
-def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], apart: bool) -> SurfacePlan:
-    """How surface `index` is drawn. environment: the number and the defines of what it mirrors; apart: whether its box
-    meets no other's."""
+def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], suns: int, apart: bool) -> SurfacePlan:
+    """How surface `index` is drawn. environment: the number and the defines of what it mirrors; suns: how many of its
+    are shaded apart; apart: whether the surface's box meets no other's."""
     scene, contents, note = draft.scene, draft.contents, draft.note
     name, surface = f"surface {index}", scene.surfaces[index]
     shape = surface.shape
@@ -117,7 +118,8 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], apa
         **bumps,
         "LOOKUP": LOOKUPS[scene.environment_of(surface).lookup],
         "LIGHT": light,
-        "DIFFUSE": int(is_diffuse(surface.material)),
+        "DIFFUSE": DIFFUSES[draft.quality.diffuse] if surface.material.is_diffuse else 0,
+        "SUNS": suns if surface.material.is_diffuse or (light == GLOSSY and draft.quality.gloss == "chain") else 0,
         "TRANSMISSION": int(is_transmissive(surface.material)),
         "PARALLAX": parallax(draft, name, scene.environment_of(surface), world_bounds(surface, contents)),
         "TWO_SIDED": int(not closed),

@@ -33,6 +33,8 @@ from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
 from glbump.reference.lobe import Facets, lobe_factors
 from glbump.reference.relief import Place, Relief
+from glbump.reference.sun import sun_reflected
+from glbump.reference.suns import suns_apart
 from glbump.relief import is_normal_mapped
 from glbump.scene import Scene, Surface, check_size
 
@@ -78,12 +80,13 @@ def render(
     check.instance("scene", scene, Scene)
     samples = check.integer("samples", samples, least=1, most=MOST_SAMPLES)
     contents, quality = contents or Contents(), quality_of(quality)
+    given = set(scene.environments)
     if captured(scene):
         draw = partial(render, samples=quality.samples, quality=quality, contents=contents)
         scene = with_captures(scene, draw)
     for environment in scene.environments:
         contents.brightest(environment)
-    shader = _Shader(scene, quality, contents, samples)
+    shader = _Shader(scene, quality, contents, samples, frozenset(scene.environments) - given)
     left, top, across, down = _checked_region(region, (width, height))
     halves = np.zeros((2, down, across, 4))
     counts = [0, 0]
@@ -240,7 +243,10 @@ class _Shader:
 
     shift: tuple[float, float] = (0.5, 0.5)
 
-    def __init__(self, scene: Scene, quality: Quality, contents: Contents, samples: int) -> None:
+    def __init__(
+        self, scene: Scene, quality: Quality, contents: Contents, samples: int, drawn: frozenset[Environment]
+    ) -> None:
+        """drawn: the environments that are pictures of the scene."""
         self.scene, self.quality, self.contents = scene, quality, contents
         self.footprint = samples**-0.5
         self.lobe_total = quality.lobe_samples * samples
@@ -251,6 +257,7 @@ class _Shader:
             for surface, relief in zip(scene.surfaces, self.reliefs)
         ]
         self.surroundings = {e: _Surroundings(e, quality, contents, samples) for e in scene.environments}
+        self.suns = {e: suns_apart(scene, e, quality, contents, drawn=e in drawn)[0] for e in scene.environments}
 
     def shade(self, origins: F64, dirs: F64, places: list[F64]) -> tuple[F64, Index]:
         """(H, W, 4) colour times coverage, and coverage, of a band of rays (H, W, 3); (H, W) surface seen."""
@@ -309,6 +316,17 @@ class _Shader:
         eta = np.where(behind, surface.material.ior, 1 / surface.material.ior)
         return self._light(surface, p_world, dir_env, n_env, geometry, eta, at)
 
+    def _irradiance_over_pi(self, environment: Environment, n_env: F64) -> F64:
+        """Of normals (K, 3), before exposure: the truth in the place of a map."""
+        suns, contents = self.suns[environment], self.contents
+        if self.quality.diffuse == "sh9":
+            result = sh9_irradiance(n_env, contents.irradiance(environment, apart=bool(suns)))
+        else:
+            result = contents.quadrature(environment, apart=bool(suns))(n_env)
+        for sun in suns:
+            result = result + np.maximum(n_env @ sun.direction, 0)[:, None] * np.array(sun.irradiance) / np.pi
+        return result
+
     def _light(
         self, surface: Surface, p_world: F64, dir_env: F64, n_env: F64, geometry: F64, eta: F64, at: Place
     ) -> F64:
@@ -322,7 +340,7 @@ class _Shader:
             look = reflect.above_surface(look, geometry)
         n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
         dielectric = np.full(3, reflect.f0_from_ior(material.ior))
-
+        suns = self.suns[environment]
         factors = lobe_factors(n_dot_v, roughness, self.quality.dfg)
 
         def share(f0: F64) -> F64:
@@ -334,7 +352,8 @@ class _Shader:
             dirs = around.seen_from(p_world, dirs)
             if roughness == 0:
                 return around.light(dirs, at)
-            levels = self.contents.gloss(environment, self.quality.gloss_size, self.quality.gloss_samples)
+            size, count = self.quality.gloss_size, self.quality.gloss_samples
+            levels = self.contents.gloss(environment, size, count, apart=bool(suns))
             chain = [around.stored.as_read(level) for level in levels]
             return around.exposure * cube.sample_levels(chain, dirs, roughness * (len(chain) - 1))
 
@@ -365,8 +384,14 @@ class _Shader:
             result = specular * seen.light(lambda d, angle: averaged(d, angle, geometry), look, f0)
         else:
             result = specular * looked_at(ggx.lobe_dir(n_env, look, roughness) if roughness > 0 else look)
-        if metallic < 1:
-            irradiance = around.exposure * sh9_irradiance(n_env, self.contents.irradiance(environment))
+            if roughness > 0:
+                f0 = (1 - metallic) * dielectric + metallic * color
+                scattered = specular / np.maximum(f0 * factors[:, :1] + factors[:, 1:], 1e-6)
+                for sun in suns:
+                    lobe = sun_reflected(n_env, -dir_env, np.array(sun.direction), sun.radius, roughness, f0)
+                    result = result + around.exposure * scattered * lobe * np.array(sun.irradiance)
+        if material.is_diffuse:
+            irradiance = around.exposure * self._irradiance_over_pi(environment, n_env)
             result = result + kept * (1 - metallic) * (1 - material.transmission) * color * irradiance
         if is_transmissive:
             if roughness > 0 and self.quality.gloss == "sampled":
