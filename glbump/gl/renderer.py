@@ -21,7 +21,7 @@ from glbump.gl.context import Context, open_context
 from glbump.gl.program import build_program
 from glbump.gl.source import resolve
 from glbump.gl.targets import Targets, read
-from glbump.gl.textures import Store
+from glbump.gl.textures import Held, Store
 from glbump.gl.uniforms import Sample, Uniforms, View, mesh_repeat
 from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
 from glbump.plan.choices import DIFFUSES, FACTORS, GLOSSY, MESH
@@ -206,6 +206,10 @@ class Renderer:
             "submit": 1e3 * (time.perf_counter() - prepared),
         }
         return Drawn(frame, ready.plan, stats)
+
+    def held(self) -> list[Held]:
+        """What lies on the GPU for the last scenes: textures and meshes, with their bytes."""
+        return self._store.held()
 
     def renew(self) -> None:
         """Make all programs, textures and meshes anew for the next picture: the shaders' files have changed, say.

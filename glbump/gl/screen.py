@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump import validate as check
+from glbump.errors import ShaderError
 from glbump.gl.context import Context
 from glbump.gl.program import build_program
 from glbump.gl.source import resolve
@@ -140,6 +141,20 @@ class Screen:
         self._context.check("read the window")
         pixels = self._window.read(viewport=(0, 0, *size), components=3, alignment=1)
         return np.frombuffer(pixels, np.uint8).reshape(size[1], size[0], 3)[::-1]
+
+    def renew(self) -> None:
+        """Compile the programs anew: their files have changed. ShaderError where one does not compile; then those there
+        are stay."""
+        before, self._programs = self._programs, {}
+        try:
+            for name in before:
+                self._program(name)
+        except ShaderError:
+            self._programs, before = before, self._programs
+            raise
+        finally:
+            for uniforms in before.values():
+                uniforms.release()
 
     def release(self) -> None:
         """Free everything."""

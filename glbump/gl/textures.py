@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -65,6 +65,23 @@ class MeshBuffers:
         return sum(b.size for b in (*self.attributes.values(), self.indices))
 
 
+class Held(NamedTuple):
+    """What lies on the GPU: what for, how it is kept, and its bytes with all levels."""
+
+    what: str
+    form: str
+    bytes: int
+
+
+def _form(thing: Any) -> str:
+    if isinstance(thing, MeshBuffers):
+        return f"{thing.indices.size // 12:,} triangles with {', '.join(thing.attributes)}"
+    width, height = thing.size
+    faces = "six faces of " if isinstance(thing, moderngl.TextureCube) else ""
+    levels = "one level" if thing.filter == FILTERS["bilinear"] else "all levels"
+    return f"{faces}{width}x{height}, {thing.components} channels, {levels}"
+
+
 class Store:
     """GL objects made from maps, kept by what they hold; the oldest go when they pass `most_bytes`, or are more than
     `most`: shapes that change from frame to frame leave a mesh behind each time.
@@ -80,6 +97,11 @@ class Store:
         self._in_use: set[Hashable] = set()
         self.bytes = 0
         self.freed = 0
+
+    def held(self) -> list[Held]:
+        """All there is, what was used last at the end."""
+        named = ((key[0] if isinstance(key, tuple) else key, *made) for key, made in self._kept.items())
+        return [Held(str(what), _form(thing), size) for what, thing, size in named]
 
     def begin(self) -> None:
         """A new frame: nothing is in use yet."""
