@@ -163,6 +163,16 @@ def sample_offsets(samples: int) -> Floats:
     return offsets
 
 
+def pixel_steps(camera: Camera, size: tuple[int, int]) -> Floats:
+    """(3, 3): the way in the world that a pixel to the right spans at depth 1 (at any, of an orthographic camera), the
+    way that one up spans, and how the depth changes with the place: the unit vector ahead, or 0 of an orthographic
+    camera, for which all is as at depth 1."""
+    right, up, back = _axes(camera)
+    half_x, half_y = _half_extent(camera, size)
+    ahead = 0 * back if camera.projection == "orthographic" else -back
+    return np.stack([right * (2 * half_x / size[0]), up * (2 * half_y / size[1]), ahead])
+
+
 def pixel_rays(
     camera: Camera,
     size: tuple[int, int],

@@ -16,7 +16,7 @@ from glbump.reference.reflect import reflect_dir
 F64 = npt.NDArray[np.float64]
 
 LEAST_COSINE = 1e-5
-"""Least cosine of incidence: at an outline points run along the surface without bound."""
+"""Least cosine of rays to a surface that they pass or leave: there changes are without bound."""
 
 
 def _f64(value: npt.ArrayLike) -> F64:
@@ -28,11 +28,12 @@ def _dot(a: npt.ArrayLike, b: npt.ArrayLike) -> F64:
     return result
 
 
-def hit_change(dp: npt.ArrayLike, dir: npt.ArrayLike, n: npt.ArrayLike) -> F64:
+def hit_change(dp: npt.ArrayLike, dir: npt.ArrayLike, n: npt.ArrayLike, least: npt.ArrayLike) -> F64:
     """Change (..., 3) of the point where a ray along `dir` meets a surface with normal n (of any length), where at the
-    same depth it changes by dp: the distance changes by dt, so that n . (dp + dt dir) = 0 (equation 12)."""
-    along, least = _dot(dir, n), LEAST_COSINE * np.linalg.norm(_f64(n), axis=-1, keepdims=True)
-    along = np.where(np.abs(along) < least, np.where(along < 0, -least, least), along)
+    same depth it changes by dp: the distance changes by dt, so that n . (dp + dt dir) = 0 (equation 12). The cosine
+    n . dir / |n| counts as `least` (...) at least."""
+    along, shortest = _dot(dir, n), _f64(least)[..., None] * np.linalg.norm(_f64(n), axis=-1, keepdims=True)
+    along = np.where(np.abs(along) < shortest, np.where(along < 0, -shortest, shortest), along)
     return _f64(dp) - _dot(dp, n) / along * _f64(dir)
 
 
@@ -55,18 +56,18 @@ def uv_change(dp: npt.ArrayLike, dpdu: npt.ArrayLike, dpdv: npt.ArrayLike) -> F6
     return np.concatenate([(u * vv - v * uv) / area, (v * uu - u * uv) / area], axis=-1)
 
 
-def bump_change(n: npt.ArrayLike, gradient: npt.ArrayLike, dn: npt.ArrayLike, dgradient: npt.ArrayLike) -> F64:
+def bump_normal_change(n: npt.ArrayLike, gradient: npt.ArrayLike, dn: npt.ArrayLike, dgradient: npt.ArrayLike) -> F64:
     """Of bump_normal (..., 3), for changes of the surface's normal and of the gradient."""
     return turning(_f64(n) - _f64(gradient), _f64(dn) - _f64(dgradient))
 
 
-def reflect_change(dir: npt.ArrayLike, n: npt.ArrayLike, ddir: npt.ArrayLike, dn: npt.ArrayLike) -> F64:
+def reflect_dir_change(dir: npt.ArrayLike, n: npt.ArrayLike, ddir: npt.ArrayLike, dn: npt.ArrayLike) -> F64:
     """Of reflect_dir (..., 3): the product rule (equation 14)."""
     result: F64 = reflect_dir(_f64(ddir), _f64(n))
     return result - 2 * (_dot(dir, dn) * _f64(n) + _dot(dir, n) * _f64(dn))
 
 
-def refract_change(
+def refract_dir_change(
     dir: npt.ArrayLike, n: npt.ArrayLike, eta: npt.ArrayLike, ddir: npt.ArrayLike, dn: npt.ArrayLike
 ) -> F64:
     """Of refract_dir (..., 3), and of the mirror direction past the critical angle.
@@ -80,7 +81,7 @@ def refract_change(
     behind = np.where(along > 0, 1, -1) * np.maximum(np.sqrt(np.maximum(square, 0)), LEAST_COSINE)
     mu, dmu = behind - ratio * along, (ratio * along / behind - 1) * ratio * change
     passing = ratio * _f64(ddir) + mu * _f64(dn) + dmu * normal
-    return np.where(square < 0, reflect_change(d, normal, ddir, dn), passing)
+    return np.where(square < 0, reflect_dir_change(d, normal, ddir, dn), passing)
 
 
 def footprint_axes(ddx: npt.ArrayLike, ddy: npt.ArrayLike) -> tuple[F64, F64]:

@@ -4,15 +4,16 @@
 #include "direction.glsl"
 #include "reflect.glsl"
 
-// Least cosine of incidence: at an outline points run along the surface without bound.
+// Least cosine of rays to a surface that they pass or leave: there changes are without bound.
 const float LEAST_COSINE = 1e-5;
 
 // Change of the point where a ray along dir meets a surface with normal n, where at the same depth it changes by dp:
-// moved along the ray into the tangent plane (equations 10 to 12). Of n only the direction counts.
-vec3 hit_change(vec3 dp, vec3 dir, vec3 n) {
+// moved along the ray into the tangent plane (equations 10 to 12). Of n only the direction counts. least: the cosine of
+// incidence that counts at least; at an outline points run along the surface without bound.
+vec3 hit_change(vec3 dp, vec3 dir, vec3 n, float least) {
     float along = dot(dir, n);
-    float least = LEAST_COSINE * length(n);
-    along = along < 0.0 ? min(along, -least) : max(along, least);
+    float shortest = least * length(n);
+    along = along < 0.0 ? min(along, -shortest) : max(along, shortest);
     return dp - dir * (dot(dp, n) / along);
 }
 
@@ -40,21 +41,21 @@ vec2 uv_change(vec3 dp, vec3 dpdu, vec3 dpdv) {
 }
 
 // Of bump_normal, for changes of the surface's normal and of the gradient.
-vec3 bump_change(vec3 n, vec3 gradient, vec3 dn, vec3 dgradient) {
+vec3 bump_normal_change(vec3 n, vec3 gradient, vec3 dn, vec3 dgradient) {
     return turning(n - gradient, dn - dgradient);
 }
 
 // Of reflect_dir (equation 14).
-vec3 reflect_change(vec3 dir, vec3 n, vec3 ddir, vec3 dn) {
+vec3 reflect_dir_change(vec3 dir, vec3 n, vec3 ddir, vec3 dn) {
     return ddir - 2.0 * (dot(dir, n) * dn + (dot(ddir, n) + dot(dir, dn)) * n);
 }
 
 // Of refract_dir (equations 15 to 18), and of the mirror direction where it gives that.
-vec3 refract_change(vec3 dir, vec3 n, float eta, vec3 ddir, vec3 dn) {
+vec3 refract_dir_change(vec3 dir, vec3 n, float eta, vec3 ddir, vec3 dn) {
     float along = dot(dir, n);
     vec3 across = eta * (dir - along * n);
     float rest = 1.0 - dot(across, across);
-    if (rest < 0.0) return reflect_change(dir, n, ddir, dn);
+    if (rest < 0.0) return reflect_dir_change(dir, n, ddir, dn);
     float change = dot(ddir, n) + dot(dir, dn);
     float behind = max(sqrt(rest), LEAST_COSINE);
     float mu = along > 0.0 ? behind - eta * along : -behind - eta * along;
