@@ -14,6 +14,7 @@ from glbump.errors import SceneError
 from glbump.maps.bump_formats import BUMP_FORMATS, CODED, PLAIN, BumpFormat
 from glbump.maps.encodings import ENCODINGS, HALF_DIM, HALF_MAX, slope_map
 from glbump.maps.gradients import IN_SHADERS
+from glbump.maps.moments import lean_levels, toksvig_levels
 from glbump.quality import Quality
 from glbump.scene import Bump, NormalMap, Surface
 from glbump.shapes import MESHES, MeshData, MeshFile, Plane, Quad, Sphere, Torus
@@ -57,6 +58,20 @@ class Layer:
         """How the map is read, where the quality wants "bilinear", "nearest-level" or "trilinear"."""
         of_level_0 = self.kind == HEIGHTS or (self.kind, self.kernel) == (SCREEN, "bspline")
         return wanted if self.stored.is_filtered and not of_level_0 else "bilinear"
+
+    def has_spread(self, filter: str) -> bool:
+        """Whether levels of it, where the quality wants `filter`, average slopes that no one sees then. Those of heights
+        on the screen do too, but there are no slopes to be kept."""
+        return self.kind in (SLOPES, NORMALS) and self.filter(filter) != "bilinear"
+
+    def spread(self, contents: Contents, how: str) -> list[F32]:
+        """What the levels from 1 on leave out, row 0 on top, in squares of the steepest slope: for "lean" second
+        moments (h, w, 3), for "toksvig" one variance (h, w, 1)."""
+        slopes = contents.slopes(self.bump, self.kernel)
+        unit = contents.steepest(self.bump, self.kernel) or 1.0
+        if how == "lean":
+            return lean_levels(slopes, unit)
+        return toksvig_levels(slopes, unit, are_lengths=isinstance(self.bump, NormalMap))
 
     def texels(self, contents: Contents, *, heights: bool) -> F32:
         """(H, W, C), row 0 on top: slopes of the map's own u, v, or of a normal map's lengths; with the heights where
@@ -233,7 +248,7 @@ def mixing(surface: Surface, layer: Layer, contents: Contents) -> float:
     return math.degrees(math.atan(MOST_MIXING * span * _curvature(surface, contents)))
 
 
-def _scales(surface: Surface) -> tuple[float, float]:
+def scales(surface: Surface) -> tuple[float, float]:
     """The least and the largest that the surface's place in the world stretches it."""
     scale = np.abs(np.asarray(surface.transform.scale))
     return float(scale.min()), float(scale.max())
@@ -241,7 +256,7 @@ def _scales(surface: Surface) -> tuple[float, float]:
 
 def _curvature(surface: Surface, contents: Contents) -> float:
     """The largest curvature in the world, per world unit."""
-    least, most = _scales(surface)
+    least, most = scales(surface)
     match surface.shape:
         case Sphere(radius=radius):
             own = 1 / radius
@@ -256,7 +271,7 @@ def _curvature(surface: Surface, contents: Contents) -> float:
 
 def _slope(surface: Surface, bump: Bump, contents: Contents) -> float:
     """The steepest that a bump is about the middle of its surface."""
-    least, _ = _scales(surface)
+    least, _ = scales(surface)
     if bump.mapping == "triplanar":
         return contents.steepest(bump) * max(map(abs, bump.slope_scale)) / least
     match surface.shape:

@@ -9,6 +9,9 @@ uniform mat4 object_from_outline;
 
 in vec3 position;
 out vec3 p_object;
+#if MULTISAMPLED
+out float one;
+#endif
 
 #if SHAPE == MESH
 in vec3 normal;
@@ -46,6 +49,10 @@ void main() {
     mesh_dndv = normal_v;
 #endif
 #endif
+#endif
+#if MULTISAMPLED
+    // Not a constant: that would be no varying any more.
+    one = position.x > 1e30 ? 0.0 : 1.0;
 #endif
     gl_Position = clip_from_object * vec4(p_object, 1.0);
 }

@@ -38,6 +38,7 @@ _UNNAMED = ("rgb10", "srgb8")
 """What moderngl has no name for."""
 # What OpenGL keeps, and what it is given.
 _FORMATS = {
+    ("f2", 1): (0x822D, _RED),
     ("f2", 2): (0x822F, _RG),
     ("f2", 3): (0x881B, _RGB),
     ("f4", 1): (0x822E, _RED),

@@ -35,9 +35,12 @@ _FULL_ATTRIBUTES = {"normal_u": "dndu", "normal_v": "dndv"}
 _SAMPLE_SHADING = 0x8C36
 # Texture units.
 _ENVIRONMENT, _GLOSS, _FRAME, _BUMP_0 = range(4)
-_DFG = _BUMP_0 + 2 * MOST_BUMPS
+_SPREAD_0 = _BUMP_0 + MOST_BUMPS
+_DFG = _SPREAD_0 + MOST_BUMPS
 _IRRADIANCE = _DFG + 1
-_SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS, "dfg_table": _DFG, "irradiance_map": _IRRADIANCE} | {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
+_SAMPLERS = {"environment": _ENVIRONMENT, "gloss": _GLOSS, "dfg_table": _DFG, "irradiance_map": _IRRADIANCE}
+_SAMPLERS |= {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
+_SAMPLERS |= {f"spread_{i}": _SPREAD_0 + i for i in range(MOST_BUMPS)}
 
 
 @dataclass(frozen=True)
@@ -377,6 +380,8 @@ class Renderer:
         taken = shown.get(how.environment) if isinstance(how.environment, Captured) else None
         return taken if isinstance(taken, moderngl.TextureCube) else self._store.environment(how)
 
+            if how.has("SPREAD") and layer.has_spread(plan.bump_filter):
+                textures.append((self._store.spread(layer, plan), _SPREAD_0 + i))
     def _mesh(self, scene: Scene, plan: Plan, index: int) -> Any:
         how = plan.surfaces[index]
         attributes = {"position": "positions"}

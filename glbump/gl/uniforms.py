@@ -217,6 +217,9 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
             values[name] = _of_layers([_origin_in_repeats(layer, axis, origin) for layer in how.layers])
         values["height_scale"] = _of_layers([getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps])
         values["code_range"] = _of_layers([code_range(layer.most(contents)) for layer in how.layers])
+        values["spread_scale"] = _of_layers(
+            [_spread_scale(scale, layer, contents) for scale, layer in zip(values["slope_scale"], how.layers)]
+        )
         values["bump_footprint"] = plan.samples**-0.5
     material = surface.material
     f0 = f0_from_ior(material.ior)
@@ -259,6 +262,11 @@ def _slope_scale(layer: Layer, unit: float, world_unit: float) -> F64:
     bump = layer.bump
     in_lengths = isinstance(bump, Bump) and bump.scaling == "world"
     return np.array(bump.slope_scale) * (unit if layer.is_triplanar else 1.0) / (world_unit if in_lengths else 1.0)
+
+
+def _spread_scale(slope_scale: F64, layer: Layer, contents: Contents) -> F64:
+    u, v = slope_scale * (contents.steepest(layer.bump, layer.kernel) or 1.0)
+    return np.array([u * u, u * v, v * v])
 
 
 def _origin_in_repeats(layer: Layer, axis: int, origin: F64) -> F64:

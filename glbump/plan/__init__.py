@@ -58,7 +58,8 @@ def make_plan(
     log_depth = scene.camera.projection == "perspective" and far > FAR_OVER_NEAR * near
     if log_depth:
         note("depth", "logarithm", f"it spans {near:.3g} to {far:.3g}; 24 bits would not tell what is far apart")
-    defines = [(*e.defines, ("LOG_DEPTH", int(log_depth))) for e in environments]
+    drawn = ("LOG_DEPTH", int(log_depth)), ("MULTISAMPLED", int(multisampled))
+    defines = [(*e.defines, *drawn) for e in environments]
     number = [scene.environments.index(scene.environment_of(s)) for s in scene.surfaces]
     surfaces = tuple(
         surface_plan(draft, i, (number[i], defines[number[i]]), environments[number[i]].suns, bool(alone))
@@ -80,6 +81,7 @@ def make_plan(
         is_multisampled=multisampled,
         environments=environments,
         bump_filter=quality.bump_filter,
+        bump_spread=quality.bump_spread,
         lobe_samples=quality.lobe_samples,
         frame_format=frame_format,
         sky=scene.environment.background,

@@ -41,6 +41,7 @@ BY_POINT, BY_PIXEL = range(2)
 WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
 NO_PARALLAX, BOX, SPHERICAL = range(3)
 DIFFUSES = {"sh9": 1, "map": 2}
+SPREADS = {"none": 0, "toksvig": 1, "lean": 2}
 GLOSSES = {"chain": 0, "sampled": 1}
 FACTORS = {"fit": 0, "table": 1}
 
@@ -133,6 +134,7 @@ class Plan:
     environments: tuple[EnvironmentPlan, ...]
     bump_filter: str
     lobe_samples: int
+    bump_spread: str
     frame_format: str
     sky: bool
     sky_each: bool

@@ -36,6 +36,7 @@ from glbump.plan.choices import (
     Defines,
     Draft,
     SurfacePlan,
+from glbump.plan.spread import spread
 )
 from glbump.plan.environments import parallax
 from glbump.plan.materials import gloss_defines, is_transmissive, light_of, why_light
@@ -105,12 +106,15 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], sun
         why = f"outline within {draft.quality.silhouette:g} pixels"
         note(f"{name} mesh", value, why + (", and nothing comes near to cut it" if outline else ""))
     near = _eye_is_near(surface, scene, contents)
+    box = world_bounds(surface, contents)
+    footprint = bool(dict(environment[1])["ENVIRONMENT_FOOTPRINT"])
     if near:
         note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
     layers, bumps = _bumps(draft, name, surface)
     light = light_of(surface.material)
     note(f"{name} light", *why_light(surface.material))
     defines = {
+        "SPREAD": spread(draft, name, surface, layers, light, footprint, box) if layers else 0,
         "SHAPE": _SHAPES[type(shape)],
         "OUTLINE": int(outline),
         "TRANSFORM": _transform(surface, scene),
@@ -121,7 +125,7 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], sun
         "DIFFUSE": DIFFUSES[draft.quality.diffuse] if surface.material.is_diffuse else 0,
         "SUNS": suns if surface.material.is_diffuse or (light == GLOSSY and draft.quality.gloss == "chain") else 0,
         "TRANSMISSION": int(is_transmissive(surface.material)),
-        "PARALLAX": parallax(draft, name, scene.environment_of(surface), world_bounds(surface, contents)),
+        "PARALLAX": parallax(draft, name, scene.environment_of(surface), box),
         "TWO_SIDED": int(not closed),
         **dict(environment[1]),
     }
