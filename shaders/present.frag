@@ -7,7 +7,8 @@
 #include "lib/color.glsl"
 
 uniform sampler2D picture;
-uniform vec2 window_size;
+uniform vec2 corner;  // of the picture in the window, lower left, in pixels
+uniform vec2 shown_size;  // of the picture, in pixels
 uniform float gain;
 
 out vec4 color;
@@ -16,7 +17,7 @@ const float REINHARD_WHITE = 4.0;
 const float SQUARE = 12.0;  // pixels
 
 void main() {
-    vec4 c = texture(picture, gl_FragCoord.xy / window_size);
+    vec4 c = texture(picture, (gl_FragCoord.xy - corner) / shown_size);
     vec3 lit = max(c.rgb * gain, 0.0);
 #if TONE == CLIP
     vec3 curved = lit;

@@ -55,10 +55,17 @@ class Screen:
         self._window: Any = self._gl.detect_framebuffer(0)
 
     def show(
-        self, frame: moderngl.Framebuffer | None, size: tuple[int, int], tone: str = "clip", exposure: float = 0.0
+        self,
+        frame: moderngl.Framebuffer | None,
+        size: tuple[int, int],
+        tone: str = "clip",
+        exposure: float = 0.0,
+        *,
+        left: int = 0,
     ) -> None:
         """Fill the window, `size` (width, height) pixels, with a frame of any size; with grey for none.
 
+        left: pixels of the window's left side that something else covers: the frame is beside them.
         tone, exposure: as in Frame.save, whose bytes these are to 1/255 where the sizes are the same; NaN is magenta.
         """
         self._begin(size)
@@ -67,12 +74,15 @@ class Screen:
             return
         texture = Targets.texture_of(frame)
         # Texels as they are, unless there are fewer of them than pixels.
-        same = texture.size == size
+        room = max(1, size[0] - left), size[1]
+        same = texture.size == room
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST) if same else (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
         texture.use(_PICTURE)
         uniforms = self._program(check.choice("tone", tone, TONES))
-        uniforms.write({"picture": _PICTURE, "window_size": tuple(map(float, size)), "gain": 2.0**exposure})
+        place = {"corner": (float(left), 0.0), "shown_size": tuple(map(float, room))}
+        uniforms.write(place | {"picture": _PICTURE, "gain": 2.0**exposure})
+        self._window.viewport = (left, 0, *room)
         uniforms.vertices.render(vertices=3)
 
     def lay(self, boxes: Iterable[Box], size: tuple[int, int]) -> None:
