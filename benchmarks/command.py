@@ -24,6 +24,7 @@ SECTIONS = (
     "normal_formats",
     "normals",
     "layouts",
+    "pyramids",
     "conversion",
 )
 DOCS = Path(__file__).resolve().parents[1] / "docs"
