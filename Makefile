@@ -5,7 +5,7 @@ OUT ?= out
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test lint format types bench pictures driver test-libraries clean
+.PHONY: help demo test lint format types bench studies pictures driver test-libraries clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -29,6 +29,9 @@ format: $(VENV)/.ready-lint ## put the code into its one format
 
 bench: $(VENV)/.ready-bench driver ## the figures of docs/benchmarks.md, measured here
 	@$(RUN) -m benchmarks $(ARGS)
+
+studies: $(VENV)/.ready-bench driver ## the pages of docs/studies, measured here (ARGS="levels" for one)
+	@$(RUN) -m benchmarks.studies $(ARGS)
 
 pictures: $(VENV)/.ready-demo driver ## the pictures of docs/environments.md
 	@$(RUN) tools/pictures.py

@@ -26,6 +26,7 @@ SECTIONS = (
     "layouts",
     "pyramids",
     "conversion",
+    "promise",
 )
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 INTRO = (
