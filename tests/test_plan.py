@@ -89,15 +89,21 @@ def test_a_mesh_without_bumps_uploads_no_texture_coordinates(renderer: Renderer)
 def test_light_is_what_the_material_needs(
     renderer: Renderer, material: Material, there: set[str], absent: set[str]
 ) -> None:
-    names = {n.removesuffix("[0]") for n in _uniforms(renderer, _scene(Surface(Sphere(), material)))}
+    names = {n.removesuffix("[0]") for n in _uniforms(renderer, _scene(Surface(Sphere(), material)), "balanced")}
     assert there <= names
     assert not absent & names
 
 
+def test_diffuse_light_of_a_map_takes_no_harmonics(renderer: Renderer) -> None:
+    names = {n.removesuffix("[0]") for n in _uniforms(renderer, _scene(Surface(Sphere(), Material(roughness=0))))}
+    assert "irradiance_map" in names
+    assert not names & {"sh", "sun_dir"}
+
+
 def test_nothing_glossy_no_chain() -> None:
-    assert _plan(_scene(Surface(Sphere(), MIRROR))).environments[0].gloss is None
+    assert _plan(_scene(Surface(Sphere(), MIRROR)), "balanced").environments[0].gloss is None
     rough = Surface(Torus(), Material(roughness=0.3))
-    assert _plan(_scene(Surface(Sphere(), MIRROR), rough)).environments[0].gloss is not None
+    assert _plan(_scene(Surface(Sphere(), MIRROR), rough), "balanced").environments[0].gloss is not None
 
 
 def test_transforms_cost_only_what_they_need() -> None:

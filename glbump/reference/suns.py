@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from glbump.contents import Contents
-from glbump.environment import Environment, Pictured
+from glbump.environment import Captured, Environment, Pictured
 from glbump.maps.suns import Sun
 from glbump.quality import Quality
 from glbump.scene import Scene
@@ -16,7 +16,7 @@ def suns_apart(
 ) -> tuple[tuple[Sun, ...], str]:
     """The suns that are taken out of what is blurred of an environment, and shaded each by itself; and why these.
 
-    drawn: whether its picture was captured of the scene. Such are left as they are: a plan is made before they are.
+    drawn: whether its picture was captured of the scene. Such suns stay: a plan is made before there is a picture.
     """
     materials = [s.material for s in scene.surfaces if scene.environment_of(s) == environment]
     rough = [material for material in materials if material.roughness > 0.0 and quality.gloss == "chain"]
@@ -24,8 +24,10 @@ def suns_apart(
         return (), "nothing blurs this environment"
     if quality.suns == "kept":
         return (), "as the quality asks"
-    if drawn or not isinstance(environment, Pictured):
-        return (), "it is computed" if not drawn else "it is captured of the scene"
+    if drawn or isinstance(environment, Captured):
+        return (), "it is captured of the scene"
+    if not isinstance(environment, Pictured):
+        return (), "it is computed"
     if environment.lookup == "normal":
         return (), "it is looked up by the normal, and a sun shines from where it is"
     if environment.bounds is not None:
