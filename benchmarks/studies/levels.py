@@ -50,7 +50,7 @@ def study(folder: Path, quick: bool = False) -> Section:
         "Which level a reflection reads",
         "A mirror ball on a bumped mirror that goes off to the horizon, in the demo's evening. Errors are against "
         f"{samples} samples a pixel, display-referred, over the whole picture; the picture of the error is {GAIN} "
-        "times the difference. Times are over the first row's, all rows in turns; a row says what it changes of `balanced` "
-        "or `exact`.",
+        "times the difference. Times are over the first row's, all rows in turns; a row says what it changes of "
+        "`balanced` or `exact`.",
         (table(folder, "levels", scene(), SETTINGS, size, turns, samples),),
     )
