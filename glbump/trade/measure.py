@@ -11,19 +11,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from glbump.frame import Frame
 from glbump.gl.renderer import Renderer
 from glbump.gl.targets import read
 from glbump.plan import Plan
 from glbump.quality import Quality, quality_of
 from glbump.scene import Scene
 from glbump.trade.errors import errors
-from glbump.trade.timing import in_turns, ratios, spread
+from glbump.trade.timing import Spread, in_turns, ratios, spread
 from glbump.trade.truth import Truth
 
 F32 = npt.NDArray[np.float32]
 
-TURNS, MOST_TURNS = 5, 60
-"""Turns are taken by as many, until the median is known to CERTAIN, SECONDS are over, or MOST_TURNS are done."""
+LEAST_TURNS, MOST_TURNS = 5, 60
+"""Turns are taken until the median is known to CERTAIN or SECONDS are over. Of slow frames there may be two turns."""
 CERTAIN, SECONDS = 0.01, 2.0
 
 
@@ -102,17 +103,14 @@ class Bench:
         given. Raises what `Renderer.render` raises."""
         assert self.truth is not None, "set `truth` first"
         shown = scene or self.scene
-        first, renderer = self._first(shown, quality)
+        renderer, frame, first = self._first(shown, quality)
         with renderer:
-            plan = renderer.plan(shown, self.size, quality)
-            pixels = renderer.render(shown, self.size, quality).pixels
-            size = int(renderer.render(shown, self.size, quality).stats["bytes"])
-            cost = first | self._steady(renderer, shown, quality, turns) | {"bytes": size}
-        error = errors(pixels, self.truth.pixels, several=self.truth.several)
-        return Measured(quality, {c.what: c.value for c in plan.choices}, error, cost, pixels)
+            cost = first | self._steady(renderer, shown, quality, turns) | {"bytes": int(frame.stats["bytes"])}
+        error = errors(frame, self.truth.pixels, several=self.truth.several)
+        return Measured(quality, frame.stats["plan"], error, cost, frame.pixels)
 
-    def _first(self, scene: Scene, quality: Quality) -> tuple[dict[str, float], Renderer]:
-        """What the first picture of a new renderer takes, in milliseconds, and that renderer."""
+    def _first(self, scene: Scene, quality: Quality) -> tuple[Renderer, Frame, dict[str, float]]:
+        """A new renderer, its first picture, and what that took in milliseconds."""
         marks = [time.perf_counter()]
         renderer = Renderer(self._backend)
         try:
@@ -123,21 +121,16 @@ class Bench:
             assert drawn is not None
             renderer.context.gl.finish()
             marks.append(time.perf_counter())
-            read(drawn.frame)
+            pixels = read(drawn.frame)
             marks.append(time.perf_counter())
         except BaseException:
             renderer.release()
             raise
         opened, set_up, drew, _ = (1e3 * (b - a) for a, b in pairwise(marks))
         upload = drawn.stats["ms"]["plan and upload"]
-        all_of_it = 1e3 * (marks[-1] - marks[0])
-        return {
-            "open": opened,
-            "set_up": set_up,
-            "upload": upload,
-            "first_draw": drew - upload,
-            "first": all_of_it,
-        }, renderer
+        took = {"open": opened, "set_up": set_up, "upload": upload, "first_draw": drew - upload}
+        frame = Frame(pixels, drawn.stats, bottom_up=True)
+        return renderer, frame, took | {"first": 1e3 * (marks[-1] - marks[0])}
 
     def _steady(self, renderer: Renderer, scene: Scene, quality: Quality, turns: int | None) -> dict[str, Any]:
         """Frames that stand still, in turns with the base's."""
@@ -150,18 +143,15 @@ class Bench:
         base, this = clocks["base"], clocks["this"]
         for clock in (base, this):
             clock.clear()
-        by_gpu = self.has_gpu_clock
-        cpu: list[tuple[float, float]] = []
-        started = time.perf_counter()
-        while True:
-            times = in_turns(calls, turns or TURNS, warm_up=0)
-            cpu += zip(times["this"].cpu, times["base"].cpu)
-            against = ratios(this.gpu, base.gpu) if by_gpu else ratios(this.frame, base.frame)
-            # The median of n is off by some 0.93 of the distance of the quartiles over root n.
-            unsure = 0.93 * (against.high - against.low) / against.median / len(this.frame) ** 0.5
-            late = time.perf_counter() - started > SECONDS or len(this.frame) >= MOST_TURNS
-            if turns is not None or unsure < CERTAIN or late:
-                break
+        by_gpu, started = self.has_gpu_clock, time.perf_counter()
+
+        def against() -> Spread:
+            return ratios(this.gpu, base.gpu) if by_gpu else ratios(this.frame, base.frame)
+
+        def enough() -> bool:
+            return turns is None and _is_enough(len(this.frame), against(), time.perf_counter() - started)
+
+        times = in_turns(calls, turns or MOST_TURNS, warm_up=0, enough=enough)
         return {
             "turns": len(this.frame),
             "clock": "GPU timer" if by_gpu else "wall clock",
@@ -169,8 +159,8 @@ class Bench:
             "draw": asdict(spread(this.draw)),
             "read": asdict(spread(this.read)),
             "gpu": asdict(spread(this.gpu)) if by_gpu else None,
-            "times": asdict(against),
-            "cpu": asdict(spread([a / max(b, 1e-9) for a, b in cpu])),
+            "times": asdict(against()),
+            "cpu": asdict(spread([a / max(b, 1e-9) for a, b in zip(times["this"].cpu, times["base"].cpu)])),
         }
 
     def _frame(self, renderer: Renderer, scene: Scene, quality: Quality, clock: _Clock) -> None:
@@ -194,3 +184,11 @@ class Bench:
         clock.frame.append(1e3 * (over - started))
         clock.draw.append(1e3 * (finished - started))
         clock.read.append(1e3 * (over - finished))
+
+
+def _is_enough(done: int, against: Spread, seconds: float) -> bool:
+    """Whether the median of the turns done is known well enough, or took long enough."""
+    if done < LEAST_TURNS:
+        return done >= 2 and seconds > 2 * SECONDS
+    # The median of n is off by some 0.93 of the distance of the quartiles over root n.
+    return 0.93 * (against.high - against.low) / against.median / done**0.5 < CERTAIN or seconds > SECONDS

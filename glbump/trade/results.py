@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -152,7 +153,7 @@ class Results:
         if path.is_file():
             try:
                 return _load(path)
-            except (OSError, ValueError, KeyError, EOFError):
+            except (OSError, ValueError, KeyError, EOFError, BadZipFile):
                 path.unlink(missing_ok=True)  # Not ours, or damaged: found anew.
         truth = find()
         write_atomically(path, lambda beside: _save(beside, truth), error=ImageError)

@@ -125,11 +125,12 @@ class Sweep:
     ) -> None:
         check.instance("scene", scene, Scene)
         self.metric = check.choice("metric", metric, METRICS)
-        self.samples = check.integer("samples", samples, least=4, most=4096)
+        self.samples = Quality("exact", samples=check.integer("samples", samples, least=4, most=4096)).samples
         self._until = time.monotonic() + 60 * check.number("minutes", minutes, least=0, most=1e6)
         self._seconds = min(60.0, 15 * minutes)
+        size, base = check_size(size), quality_of(base)
         self.results = Results(directory, scene_key(scene))
-        self.bench = Bench(scene, check_size(size), quality_of(base), backend)
+        self.bench = Bench(scene, size, base, backend)
         try:
             self.settings = self._planned()
         except BaseException:

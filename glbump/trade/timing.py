@@ -58,10 +58,14 @@ def own_cpu() -> float:
 
 
 def in_turns(
-    calls: dict[str, Call], turns: int, warm_up: int = 2, cpu: Callable[[], float] = own_cpu
+    calls: dict[str, Call],
+    turns: int,
+    warm_up: int = 2,
+    cpu: Callable[[], float] = own_cpu,
+    enough: Callable[[], bool] = lambda: False,
 ) -> dict[str, Times]:
     """Each call once a turn, in an order of chance that is the same in every run: whatever one leaves behind in the
-    caches, each of the others finds it as often."""
+    caches, each of the others finds it as often. enough: asked after each turn, whether that was the last."""
     for _ in range(warm_up):
         for call in calls.values():
             call()
@@ -74,4 +78,6 @@ def in_turns(
             calls[name]()
             times[name].wall.append(time.perf_counter() - started)
             times[name].cpu.append(cpu() - cpu_started)
+        if enough():
+            break
     return times
