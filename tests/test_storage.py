@@ -176,8 +176,9 @@ def test_pre_exposure_is_taken_back_everywhere(renderer: Renderer, scale: float,
     )
     assert dict(plan.defines)["EXPOSURE"] == 1
     for roughness, metallic in ((0.0, 1.0), (0.0, 0.0), (0.5, 0.3)):
-        got = drawn(renderer, ball(scaled, roughness, metallic), format, gloss_size=16, gloss_samples=8) / scale
-        want = drawn(renderer, ball(picture, roughness, metallic), "float", gloss_size=16, gloss_samples=8) * 2
+        chain = {"gloss": "chain", "gloss_chain": "tree", "gloss_size": 16, "gloss_samples": 8}
+        got = drawn(renderer, ball(scaled, roughness, metallic), format, **chain) / scale
+        want = drawn(renderer, ball(picture, roughness, metallic), "float", **chain) * 2
         most = 2 * (4 * float(how.error(np.ones(1))[0]) + (DECODED if format == "srgb8" else 0)) + 1e-5
         assert np.abs(got - want).max() <= most
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import moderngl
 
@@ -18,12 +18,14 @@ from glbump.frame import Frame
 from glbump.gl import memory
 from glbump.gl.capture import Captures, Shown, filled
 from glbump.gl.context import Context, open_context
+from glbump.gl.prepared import Draw, Drawn, Prepared
 from glbump.gl.program import build_program
+from glbump.gl.showing import render_shown
 from glbump.gl.source import resolve
 from glbump.gl.targets import Targets, read
 from glbump.gl.textures import Held, Store
-from glbump.gl.uniforms import Sample, Uniforms, View, mesh_repeat
-from glbump.plan import Capabilities, EnvironmentPlan, Plan, make_plan
+from glbump.gl.uniforms import Sample, Still, Uniforms, View, mesh_repeat
+from glbump.plan import Capabilities, EnvironmentPlan, Plan, Planner, make_plan
 from glbump.plan.choices import DIFFUSES, FACTORS, GLOSSY, MESH
 from glbump.quality import Quality, quality_of
 from glbump.relief import is_normal_mapped
@@ -43,44 +45,8 @@ _SAMPLERS |= {f"bump_{i}": _BUMP_0 + i for i in range(MOST_BUMPS)}
 _SAMPLERS |= {f"spread_{i}": _SPREAD_0 + i for i in range(MOST_BUMPS)}
 
 
-@dataclass(frozen=True)
-class Draw:
-    """One surface, or the sky: its program with the values of uniforms, its vertices, its textures with their units."""
-
-    uniforms: Uniforms
-    values: dict[str, Any]
-    vertices: moderngl.VertexArray
-    textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]]
-
-
 class _Stopped(Exception):
     """A picture that is given up."""
-
-
-class Drawn(NamedTuple):
-    """A picture on the GPU: (H, W) linear light, straight alpha, lowest row first; its plan and the figures of its
-    making, as Frame.stats has them."""
-
-    frame: moderngl.Framebuffer
-    plan: Plan
-    stats: dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A scene made ready to be drawn: its plan, and all that follows from it.
-
-    key: of the size, the quality and the contents that it was made for; freed: of the store, then.
-    """
-
-    scene: Scene
-    key: Hashable
-    plan: Plan
-    view: View
-    draws: list[Draw]
-    sky: Draw | None
-    stats: dict[str, Any]
-    freed: int
 
 
 class Renderer:
@@ -120,6 +86,7 @@ class Renderer:
             memory=memory.host_bytes(),
             texture_memory=memory.texture_bytes(self.context),
         )
+        self._planner = Planner(self.contents, self.capabilities)
 
     def __enter__(self) -> Renderer:
         return self
@@ -158,8 +125,9 @@ class Renderer:
         quality: str | Quality = "balanced",
         *,
         recapture: bool = True,
+        show: str | None = None,
     ) -> Frame:
-        """A picture of the scene, `size` (width, height) pixels.
+        """A picture of the scene, `size` (width, height) pixels; of what glbump.shown names `show`, in place of light.
 
         recapture: surfaces with a Captured environment capture the scene anew where anything but the camera has
         changed since the last time; False shows what was captured last, whatever has changed, as long as all of these
@@ -167,6 +135,8 @@ class Renderer:
         Raises SceneError, ImageError, MeshError, LimitError for what cannot be drawn; ContextError after release or
         on another thread; ShaderError where a shader does not compile.
         """
+        if show is not None:
+            return render_shown(self, scene, show, size, quality)
         drawn = self.draw(scene, size, quality, recapture=recapture)
         assert drawn is not None, "nothing stops it"
         submitted = time.perf_counter()
@@ -190,9 +160,7 @@ class Renderer:
 
         stop: asked before each pass but the first; where it says True, the picture is given up, and None returned.
         """
-        if self._released:
-            raise ContextError("cannot render: this renderer is released; make a new one")
-        self.context.check("render")
+        self._require_usable()
         started = time.perf_counter()
         _ = self.context.gl.error  # what others left behind is theirs
         ready = self._prepared(scene, check_size(size), quality_of(quality), check.flag("recapture", recapture))
@@ -228,31 +196,43 @@ class Renderer:
     def _prepared(self, scene: Scene, size: tuple[int, int], quality: Quality, recapture: bool) -> Prepared:
         """The scene made ready to be drawn, or what the last frame left so, where nothing has changed since."""
         check.instance("scene", scene, Scene)
-        last, contents = self._last, (quality, content_keys(scene))
+        contents = quality, content_keys(scene)
+        key, last = (size, contents), self._last
+        self._last = None
+        if last is not None and (last.key != key or last.freed != self._store.freed):
+            last = None
+        is_same = last is not None and last.scene is scene
+        plan = last.plan if last is not None and is_same else self._planner.plan(scene, quality, size, contents)
         if (
             last is not None
-            and last.scene is scene
-            and last.key == (size, contents)
-            and last.freed == self._store.freed
-            and self._captures.fit(scene, last.plan, contents, recapture)
+            and last.plan.choices is plan.choices
+            and self._captures.fit(scene, plan, contents, recapture)
         ):
-            return last
-        self._last = None
-        plan = self.plan(scene, size, quality)
+            # At most the camera has moved.
+            view = last.view if is_same else View(scene, plan, last.view.still)
+            self._last = replace(last, scene=scene, plan=plan, view=view)
+            return self._last
         shown = self._captures.shown(scene, plan, quality, contents, recapture)
-        self._last = self._ready(scene, plan, shown, (size, contents))
+        self._last = self._ready(scene, plan, shown, key)
         return self._last
 
     def _ready(self, scene: Scene, planned: Plan, shown: Shown, key: Hashable) -> Prepared:
         """shown: what captured environments show."""
         plan = filled(planned, shown)
-        view = View(scene, plan, self.contents)
+        still = Still(scene, plan, self.contents)
         self._store.begin()
-        draws = [self._surface(scene, plan, view, i, shown) for i in range(len(plan.surfaces))]
-        sky = self._sky(plan, view) if plan.sky else None
+        draws = [self._surface(scene, plan, still, i, shown) for i in range(len(plan.surfaces))]
+        sky = self._sky(plan, still) if plan.sky else None
         self._store.trim()
         stats = self._stats(scene, plan, draws)
-        return Prepared(scene, key, planned, view, draws, sky, stats, self._store.freed)
+        return Prepared(scene, key, planned, View(scene, plan, still), draws, sky, stats, self._store.freed)
+
+    def drawn_once(self, scene: Scene, plan: Plan, quality: Quality) -> tuple[moderngl.Framebuffer, dict[str, Any]]:
+        """A plan's picture, and its statistics, of which nothing is kept."""
+        self._require_usable()
+        shown = self._captures.shown(scene, plan, quality, (quality, content_keys(scene)), True)
+        ready = self._ready(scene, plan, shown, None)
+        return self._draw(ready, self._targets_for("frames", plan)), ready.stats
 
     def _captured_face(
         self, scene: Scene, size: tuple[int, int], quality: Quality, shown: Shown
@@ -277,6 +257,11 @@ class Renderer:
             "notes": self.contents.notes(scene),
             "triangles": sum(draw.vertices.vertices for draw in draws) // 3,
         }
+
+    def _require_usable(self) -> None:
+        if self._released:
+            raise ContextError("cannot render: this renderer is released; make a new one")
+        self.context.check("render")
 
     def _require_no_error(self) -> None:
         """OpenGL goes on after an error, with black textures and the like; such a frame is none."""
@@ -322,7 +307,7 @@ class Renderer:
                 gl.enable(moderngl.CULL_FACE)
             else:
                 gl.disable(moderngl.CULL_FACE)
-            gl.front_face = "cw" if ready.view.mirrored[i] else "ccw"
+            gl.front_face = "cw" if ready.view.still.mirrored[i] else "ccw"
             draw.uniforms.write(draw.values)
             draw.uniforms.write(sample.surfaces[i])
             draw.vertices.render()
@@ -357,11 +342,11 @@ class Renderer:
         uniforms.write({"sample_picture": _FRAME, "premultiplied": _FRAME, "weight": weight})
         uniforms.vertices.render(vertices=3)
 
-    def _surface(self, scene: Scene, plan: Plan, view: View, index: int, shown: Shown) -> Draw:
+    def _surface(self, scene: Scene, plan: Plan, still: Still, index: int, shown: Shown) -> Draw:
         how = plan.surfaces[index]
         environment = plan.environments[how.environment]
         uniforms = self._program("surface.vert", "surface.frag", how.defines)
-        values = _SAMPLERS | view.environments[how.environment] | view.surfaces[index]
+        values = _SAMPLERS | still.environments[how.environment] | still.surfaces[index]
         textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]] = []
         glossy = how.has("LIGHT") == GLOSSY
         if glossy and how.has("DFG") == FACTORS["table"]:
@@ -374,14 +359,14 @@ class Renderer:
             textures.append((self._environment(environment, shown), _ENVIRONMENT))
         for i, layer in enumerate(how.layers):
             textures.append((self._store.relief(layer, plan, full=bool(how.has("BUMP_FULL"))), _BUMP_0 + i))
+            if how.has("SPREAD") and layer.has_spread(plan.bump_filter):
+                textures.append((self._store.spread(layer, plan), _SPREAD_0 + i))
         return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), textures)
 
     def _environment(self, how: EnvironmentPlan, shown: Shown) -> moderngl.Texture | moderngl.TextureCube:
         taken = shown.get(how.environment) if isinstance(how.environment, Captured) else None
         return taken if isinstance(taken, moderngl.TextureCube) else self._store.environment(how)
 
-            if how.has("SPREAD") and layer.has_spread(plan.bump_filter):
-                textures.append((self._store.spread(layer, plan), _SPREAD_0 + i))
     def _mesh(self, scene: Scene, plan: Plan, index: int) -> Any:
         how = plan.surfaces[index]
         attributes = {"position": "positions"}
@@ -393,12 +378,12 @@ class Renderer:
             shape, how.segments, attributes, mesh_repeat(how), normal_map=is_normal_mapped(how.layers)
         )
 
-    def _sky(self, plan: Plan, view: View) -> Draw:
+    def _sky(self, plan: Plan, still: Still) -> Draw:
         environment = plan.environments[0]
-        defines = (*environment.defines, ("PARALLAX", plan.sky_parallax))
+        defines = (*environment.defines, ("PARALLAX", plan.sky_parallax), ("SHOW", plan.show))
         uniforms = self._program("sky.vert", "sky.frag", defines)
         textures = [] if environment.layout is None else [(self._store.environment(environment), _ENVIRONMENT)]
-        return Draw(uniforms, _SAMPLERS | view.sky, uniforms.vertices, textures)
+        return Draw(uniforms, _SAMPLERS | still.sky, uniforms.vertices, textures)
 
     # ------------------------------------------------------------ what is kept between frames
 
@@ -425,7 +410,9 @@ def render(
     quality: str | Quality = "balanced",
     backend: str = "auto",
     device: int | None = None,
+    *,
+    show: str | None = None,
 ) -> Frame:
     """One picture; `Renderer` for many. Arguments and errors as in `Renderer` and `Renderer.render`."""
     with Renderer(backend, device) as renderer:
-        return renderer.render(scene, size, quality)
+        return renderer.render(scene, size, quality, show=show)

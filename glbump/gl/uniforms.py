@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from glbump.camera import projection_matrix, sample_offsets, view_matrix
+from glbump.camera import pixel_steps, projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.gl.textures import MeshBuffers
@@ -86,23 +86,32 @@ class Sample:
     sky: dict[str, Any]
 
 
-class View:
-    """A planned scene's uniforms: those of all samples, and `sample` by sample the others."""
+class Still:
+    """A planned scene's uniforms that stay as they are wherever the camera stands."""
 
     def __init__(self, scene: Scene, plan: Plan, contents: Contents) -> None:
-        self._scene, self._plan = scene, plan
-        self.environments = [environment_uniforms(e, plan.samples, contents) for e in plan.environments]
-        self.sky = room_uniforms(scene.environment, np.eye(3), np.asarray(scene.camera.eye)) | self.environments[0]
-        if not plan.sky_each:
-            self.sky = self.sky | {"footprint": 1.0}
+        self.environments = [environment_uniforms(e, plan.footprint, contents) for e in plan.environments]
+        self.sky = self.environments[0] | ({} if plan.sky_each else {"footprint": 1.0})
         self.surfaces = [surface_uniforms(scene, plan, i, contents) for i in range(len(scene.surfaces))]
         self.mirrored = [surface.transform.mirrors for surface in scene.surfaces]
+        self.frames = [contents.frame(surface.shape) for surface in scene.surfaces]
+        self.world_from_object = [world_from_object(surface, contents) for surface in scene.surfaces]
+        self.object_from_world = [np.linalg.inv(matrix[:3, :3]) for matrix in self.world_from_object]
+
+
+class View:
+    """What a camera sees of a planned scene: `sample` by sample, the uniforms that its place decides."""
+
+    def __init__(self, scene: Scene, plan: Plan, still: Still) -> None:
+        self._scene, self._plan, self.still = scene, plan, still
+        self._sky = room_uniforms(scene.environment, np.eye(3), np.asarray(scene.camera.eye))
+        self._surfaces = [_seen_uniforms(scene, plan, i, still) for i in range(len(scene.surfaces))]
         self._view = view_matrix(scene.camera)
         self._projection = projection_matrix(scene.camera, plan.size, *plan.near_far)
         if plan.log_depth:
             # z = w - 2 near: clipped where w < near, and nowhere else. The depth itself comes from the fragments.
             self._projection[2] = self._projection[3] - (0, 0, 0, 2 * plan.near_far[0])
-        self._view_from_object = [self._view @ world_from_object(surface, contents) for surface in scene.surfaces]
+        self._view_from_object = [self._view @ matrix for matrix in still.world_from_object]
         self._samples: list[Sample] = []
 
     def sample(self, number: int) -> Sample:
@@ -120,8 +129,9 @@ class View:
         projection[:2] += np.outer(shift, projection[3])
         world_from_ndc = self._world_from_ndc(*shift)
         surfaces: list[dict[str, Any]] = []
-        for how, surface, view_from_object in zip(self._plan.surfaces, self._scene.surfaces, self._view_from_object):
-            surfaces.append({"clip_from_object": projection @ view_from_object})
+        drawn = zip(self._plan.surfaces, self._scene.surfaces, self._surfaces, self._view_from_object)
+        for how, surface, seen, view_from_object in drawn:
+            surfaces.append(seen | {"clip_from_object": projection @ view_from_object})
             # y up; 0 where one pass has all samples, whose fragments each say where they are.
             surfaces[-1]["sample_shift"] = (x - 0.5, 0.5 - y)
             if how.has("DIRECTION") == BY_PIXEL:
@@ -129,7 +139,7 @@ class View:
                 # with one up, and the direction at the middle of the picture; of any length.
                 matrix = surface.transform.inverse() @ world_from_ndc * (2 / width, 2 / height, 1.0)
                 surfaces[-1]["object_from_pixel"] = matrix / np.abs(matrix).max()
-        sky = {"env_from_ndc": self._scene.environment.env_from_world() @ world_from_ndc}
+        sky = self._sky | {"env_from_ndc": self._scene.environment.env_from_world() @ world_from_ndc}
         return Sample(tuple(surfaces), sky)
 
     def _world_from_ndc(self, shift_x: float, shift_y: float) -> F64:
@@ -151,10 +161,14 @@ def world_from_object(surface: Surface, contents: Contents) -> F64:
     return result
 
 
-def environment_uniforms(plan: EnvironmentPlan, samples: int, contents: Contents) -> dict[str, Any]:
+def environment_uniforms(plan: EnvironmentPlan, footprint: float, contents: Contents) -> dict[str, Any]:
     """Of environment_input.glsl, all but the sampler. Its exposure takes back the texels' pre-exposure."""
     environment = plan.environment
-    values = {"footprint": samples**-0.5, "exposure_factor": 2.0 ** (environment.exposure + plan.pre_exposure)}
+    values: dict[str, Any] = {
+        "footprint": footprint,
+        "exposure_factor": 2.0 ** (environment.exposure + plan.pre_exposure),
+        "world_from_env": environment.env_from_world().T,
+    }
     if isinstance(environment, Procedural):
         return values | environment.arguments()
     if plan.size is not None and plan.layout is not None:
@@ -177,7 +191,7 @@ def environment_uniforms(plan: EnvironmentPlan, samples: int, contents: Contents
 
 
 def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -> dict[str, Any]:
-    """Of surface.frag, all but the samplers and the view; more than a plan may use."""
+    """Of surface.frag, all but the samplers and what the camera decides; more than a plan may use."""
     surface, how = scene.surfaces[index], plan.surfaces[index]
     origin, unit = contents.frame(surface.shape)
     matrix = world_from_object(surface, contents)
@@ -187,9 +201,7 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     linear = environment.environment.env_from_world() @ matrix[:3, :3] / world_unit
     values: dict[str, Any] = {
         "env_from_object": linear,
-        "eye_object": _eye(scene, surface, contents),
         "picture_centre": (plan.size[0] / 2, plan.size[1] / 2),
-        "log_depth": _log_depth(*plan.near_far),
     }
     if how.has("TRANSFORM") == GENERAL:
         normal = np.linalg.inv(linear).T
@@ -198,8 +210,6 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     match surface.shape:
         case Sphere(radius=radius):
             values["radius"] = radius / unit
-            if how.has("OUTLINE"):
-                values["object_from_outline"] = outline_matrix(radius / unit, values["eye_object"])
         case Torus(radius=radius, tube=tube):
             values.update(radius=radius / unit, tube=tube / unit)
         case Quad(corners=corners):
@@ -220,7 +230,7 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
         values["spread_scale"] = _of_layers(
             [_spread_scale(scale, layer, contents) for scale, layer in zip(values["slope_scale"], how.layers)]
         )
-        values["bump_footprint"] = plan.samples**-0.5
+        values["bump_footprint"] = plan.footprint
     material = surface.material
     f0 = f0_from_ior(material.ior)
     color = np.array(material.base_color)
@@ -242,6 +252,25 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     if environment.gloss is not None:
         values["last_gloss_level"] = environment.gloss.last_level
     values |= {"lobe_samples": plan.lobe_samples, "lobe_total": plan.lobe_samples * plan.samples}
+    return values
+
+
+def _seen_uniforms(scene: Scene, plan: Plan, index: int, still: Still) -> dict[str, Any]:
+    """Of a surface's shaders, those that the camera's place decides."""
+    surface, how, frame = scene.surfaces[index], plan.surfaces[index], still.frames[index]
+    right, up, ahead = pixel_steps(scene.camera, plan.size)
+    object_from_world, world_from_object = still.object_from_world[index], still.world_from_object[index]
+    values: dict[str, Any] = {
+        "eye_object": _eye(scene, surface, *frame),
+        "pixel_x": tuple(object_from_world @ right),
+        "pixel_y": tuple(object_from_world @ up),
+        "depth_change": tuple(ahead @ world_from_object[:3, :3]),
+    }
+    if plan.log_depth:
+        values["log_depth"] = _log_depth(*plan.near_far)
+    if how.has("OUTLINE"):
+        assert isinstance(surface.shape, Sphere)
+        values["object_from_outline"] = outline_matrix(surface.shape.radius / frame[1], values["eye_object"])
     return values
 
 
@@ -302,10 +331,9 @@ def _log_depth(near: float, far: float) -> tuple[float, float]:
     return -1 / octaves, -math.log2(near) / octaves
 
 
-def _eye(scene: Scene, surface: Surface, contents: Contents) -> tuple[float, ...]:
+def _eye(scene: Scene, surface: Surface, origin: F64, unit: float) -> tuple[float, ...]:
     """Where a surface has the eye: (x, y, z, 1), or (x, y, z, 0), the unit direction of an orthographic view."""
     if scene.camera.projection == "orthographic":
         ahead = surface.transform.inverse() @ -view_matrix(scene.camera)[2, :3]
         return (*(ahead / np.linalg.norm(ahead)), 0.0)
-    origin, unit = contents.frame(surface.shape)
     return (*((surface.transform.to_object(scene.camera.eye) - origin) / unit), 1.0)

@@ -20,9 +20,11 @@ from glbump.maps.layout import (
     PARABOLOID,
     Layout,
 )
+from glbump.plan.seen import Seen
 from glbump.quality import Quality
 from glbump.relief import Layer
 from glbump.scene import Scene
+from glbump.shown import SHOWN
 
 Defines = tuple[tuple[str, int], ...]
 
@@ -40,8 +42,8 @@ NONE, ORTHOGONAL, GENERAL = range(3)
 BY_POINT, BY_PIXEL = range(2)
 WHITE_MIRROR, TINTED_MIRROR, SMOOTH, GLOSSY = range(4)
 NO_PARALLAX, BOX, SPHERICAL = range(3)
-DIFFUSES = {"sh9": 1, "map": 2}
 SPREADS = {"none": 0, "toksvig": 1, "lean": 2}
+DIFFUSES = {"sh9": 1, "map": 2}
 GLOSSES = {"chain": 0, "sampled": 1}
 FACTORS = {"fit": 0, "table": 1}
 
@@ -70,7 +72,7 @@ class Choice:
 
 
 class ChainPlan(NamedTuple):
-    """A roughness chain: the size of its first level's faces, the samples of its second, and whether the GPU draws it."""
+    """A roughness chain: size of its first level's faces, samples of its second, and whether the GPU draws it."""
 
     size: int
     samples: int
@@ -130,11 +132,13 @@ class Plan:
 
     size: tuple[int, int]
     samples: int
+    footprint: float
+    show: int
     is_multisampled: bool
     environments: tuple[EnvironmentPlan, ...]
     bump_filter: str
-    lobe_samples: int
     bump_spread: str
+    lobe_samples: int
     frame_format: str
     sky: bool
     sky_each: bool
@@ -164,7 +168,14 @@ class Draft:
     size: tuple[int, int]
     contents: Contents
     capabilities: Capabilities
+    seen: Seen
+    show: str | None = None
     choices: list[Choice] = field(default_factory=list)
+
+    @property
+    def shown(self) -> int:
+        """The number of what is shown in place of light; 0: light."""
+        return 0 if self.show is None else SHOWN[self.show].number
 
     def note(self, what: str, value: object, why: str) -> None:
         """One more choice."""

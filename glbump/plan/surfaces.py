@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
@@ -12,7 +10,6 @@ from glbump.contents import Contents
 from glbump.errors import LimitError, SceneError
 from glbump.maps.bump_formats import PLAIN
 from glbump.maps.gradients import IN_SHADERS
-from glbump.mesh import bounds, segments_for
 from glbump.plan.choices import (
     BY_PIXEL,
     BY_POINT,
@@ -36,10 +33,10 @@ from glbump.plan.choices import (
     Defines,
     Draft,
     SurfacePlan,
-from glbump.plan.spread import spread
 )
 from glbump.plan.environments import parallax
 from glbump.plan.materials import gloss_defines, is_transmissive, light_of, why_light
+from glbump.plan.spread import spread
 from glbump.quality import Quality
 from glbump.relief import Layer
 from glbump.scene import Bump, Scene, Surface
@@ -97,29 +94,27 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], sun
     scene, contents, note = draft.scene, draft.contents, draft.note
     name, surface = f"surface {index}", scene.surfaces[index]
     shape = surface.shape
-    inside = _eye_is_inside(surface, scene)
+    inside, near, segments = draft.seen.surfaces[index]
     closed = isinstance(shape, Sphere | Torus | Cube) and not inside
-    segments = _stepped(segments_for(shape, _radius_in_pixels(surface, scene, draft.size), draft.quality.silhouette))
     outline = isinstance(shape, Sphere) and closed and apart
     if isinstance(shape, Sphere | Torus):
         value = f"disc of {segments} sides" if outline else f"{segments} segments"
         why = f"outline within {draft.quality.silhouette:g} pixels"
         note(f"{name} mesh", value, why + (", and nothing comes near to cut it" if outline else ""))
-    near = _eye_is_near(surface, scene, contents)
-    box = world_bounds(surface, contents)
-    footprint = bool(dict(environment[1])["ENVIRONMENT_FOOTPRINT"])
     if near:
         note(f"{name} direction", "by pixel", "the eye is so near that points on it less the eye are mostly rounding")
     layers, bumps = _bumps(draft, name, surface)
     light = light_of(surface.material)
     note(f"{name} light", *why_light(surface.material))
+    box = world_bounds(surface, contents)
+    footprint = bool(dict(environment[1])["ENVIRONMENT_FOOTPRINT"])
     defines = {
-        "SPREAD": spread(draft, name, surface, layers, light, footprint, box) if layers else 0,
         "SHAPE": _SHAPES[type(shape)],
         "OUTLINE": int(outline),
         "TRANSFORM": _transform(surface, scene),
         "DIRECTION": BY_PIXEL if near else BY_POINT,
         **bumps,
+        "SPREAD": spread(draft, name, surface, layers, light, footprint, box) if layers else 0,
         "LOOKUP": LOOKUPS[scene.environment_of(surface).lookup],
         "LIGHT": light,
         "DIFFUSE": DIFFUSES[draft.quality.diffuse] if surface.material.is_diffuse else 0,
@@ -144,6 +139,10 @@ _PYRAMIDS = {
 def _bumps(draft: Draft, name: str, surface: Surface) -> tuple[tuple[Layer, ...], dict[str, int]]:
     """How a surface's bumps are read, and the defines of that."""
     quality, contents, note = draft.quality, draft.contents, draft.note
+    if draft.show == "uv":
+        has_uv = not isinstance(surface.shape, MESHES) or contents.mesh(surface.shape).uv is not None
+        note(f"{name} bump", "none", "u and v are shown")
+        return (), {"BUMP": 0, "BUMP_FULL": 0, "BUMP_MIP": 0, "HAS_UV": int(has_uv), "HAS_TRIPLANAR": 0}
     layers = relief.layers(surface, quality, contents)
     if not layers:
         note(f"{name} bump", "none", "it has no bump" if surface.bump is None else "its amplitude or scale is 0")
@@ -209,11 +208,6 @@ _KINDS = {
 }
 
 
-def _stepped(segments: int) -> int:
-    """The next of four steps an octave, so that a moving camera asks for few meshes, not for a new one each time."""
-    return math.ceil(2.0 ** (math.ceil(4 * math.log2(segments)) / 4))
-
-
 def _transform(surface: Surface, scene: Scene) -> int:
     """How object directions become the environment's: not at all, by an orthogonal matrix, or by any."""
     scale = surface.transform.uniform_scale
@@ -221,47 +215,6 @@ def _transform(surface: Surface, scene: Scene) -> int:
         return GENERAL
     linear = scene.environment_of(surface).env_from_world() @ surface.transform.matrix()[:3, :3]
     return NONE if np.array_equal(linear, scale * np.eye(3)) else ORTHOGONAL
-
-
-def _eye_is_inside(surface: Surface, scene: Scene) -> bool:
-    """Whether the eye may be within a closed shape, so that its back sides are seen: box test, never too strict."""
-    if not isinstance(surface.shape, Sphere | Torus | Cube):
-        return False
-    eye = surface.transform.to_object(scene.camera.eye)
-    low, high = bounds(surface.shape)
-    if scene.camera.projection == "orthographic":
-        # Its eye is a plane; nearer surfaces may lie behind it.
-        return bool(np.linalg.norm(eye) <= np.linalg.norm(high))
-    return bool(np.all(eye >= low) and np.all(eye <= high))
-
-
-NEAR = 0.01
-"""In widths of a surface's box: how near the eye may come before directions are taken by pixel. At this distance
-32-bit floats leave a point less the eye an error of 1e-5 radians."""
-
-
-def _eye_is_near(surface: Surface, scene: Scene, contents: Contents) -> bool:
-    """Whether the eye is within NEAR of the surface's box, or inside it."""
-    if scene.camera.projection == "orthographic":
-        return False
-    eye = surface.transform.to_object(scene.camera.eye)
-    low, high = contents.bounds(surface.shape)
-    away = np.maximum(np.maximum(low - eye, eye - high), 0.0)
-    return bool(away.max() < NEAR * (high - low).max())
-
-
-def _radius_in_pixels(surface: Surface, scene: Scene, size: tuple[int, int]) -> float:
-    """The outermost radius of a round surface as it is seen, in pixels: never too small."""
-    shape = surface.shape
-    if not isinstance(shape, Sphere | Torus):
-        return 0.0
-    radius = shape.radius + (shape.tube if isinstance(shape, Torus) else 0.0)
-    radius *= float(np.abs(np.asarray(surface.transform.scale)).max())
-    camera = scene.camera
-    if camera.projection == "orthographic":
-        return radius / camera.height * size[1]
-    nearest = max(math.dist(surface.transform.translate, camera.eye) - radius, 1e-3 * radius)
-    return radius / nearest / math.tan(math.radians(camera.fov) / 2) * size[1] / 2
 
 
 def world_bounds(surface: Surface, contents: Contents) -> F64:
