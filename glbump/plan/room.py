@@ -12,8 +12,9 @@ from glbump.maps.layout import CUBE, LATLONG, Layout
 from glbump.maps.light_formats import LIGHT_FORMATS
 from glbump.plan.choices import Capabilities, Draft, EnvironmentPlan
 
-HOST_BYTES = 40
-"""Of main memory that a texel's levels take while they are made: float32 with all of them, sums in float64."""
+HOST_BYTES = {"hardware": 12, "box": 40, "kaiser": 112}
+"""Of main memory that a texel's levels take while they are made, by Quality.pyramid: float32 with all of them, sums and
+solid angles in float64."""
 
 
 def require_room(name: str, layout: Layout, size: tuple[int, int], capabilities: Capabilities) -> None:
@@ -64,7 +65,7 @@ def require_memory(draft: Draft, plans: Sequence[EnvironmentPlan]) -> None:
     plans = [plan for plan in plans if plan.layout is not None]
     stored = sum(texture_bytes(plan, contents) for plan in plans)
     levels = (p for p in plans if p.filter != "bilinear" and not isinstance(p.environment, Captured))
-    made = max((_texels(plan, contents) * HOST_BYTES for plan in levels), default=0)
+    made = max((_texels(plan, contents) * HOST_BYTES[plan.pyramid] for plan in levels), default=0)
     if stored:
         draft.note("environment memory", in_words(stored), "of textures, levels and all")
     host = made + (stored if capabilities.is_software else 0)
