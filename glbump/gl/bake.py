@@ -54,14 +54,16 @@ def gloss_chain(context: Context, environment: EnvironmentMap, size: int, sample
         faces = np.ascontiguousarray(_faces_of(context, source, size, across, "f4")[..., :3])
     else:
         faces = area_faces(environment, size)
-    dull, dirs, light = without_bright(faces, BRIGHT)
+    dull, *bright = without_bright(faces, BRIGHT)
+    # A texture has at least one texel; of no light, here.
+    dirs, light = (rows if len(rows) else np.zeros((1, 3), np.float32) for rows in bright)
     cube = cube_texture(context, environment_levels(EnvironmentMap(CUBE, dull)), "f4")
     program = build_program(context.gl, resolve("fullscreen.vert"), resolve("bake_gloss.frag"))
     levels = [faces]
     for number, lobe in enumerate(chain_lobes(size, samples), 1):
         # In the middle of a face a texel has (2 / size)^2.
         level = 0.5 * np.log2(lobe.samples[:, 3:] * size**2 / 4)
-        textures = {
+        textures: dict[str, Texture] = {
             "environment": cube,
             "lobe": _table(context, np.concatenate([lobe.samples[:, :3], level], axis=1)[None]),
             "bright": _table(context, np.stack([dirs, light / lobe.integral])),

@@ -47,25 +47,27 @@ def gloss_chain(environment: EnvironmentMap, size: int, samples: int) -> list[F3
     Not sampled at random: the lobe depends on one angle alone, so each texel is a sum over the environment as a
     tree of texels (Barnes and Hut 1986), near ones fine, far ones coarse, each where its light is.
     """
-    lobes = chain_alphas(size, samples)
+    alphas = chain_alphas(size, samples)
     faces = area_faces(environment, size)
     tree = _tree(faces)
-    return [faces] + [_blurred(tree, size >> i, alpha, count) for i, (alpha, count) in enumerate(lobes, 1)]
+    return [faces] + [_blurred(tree, size >> i, alpha, samples << (i - 1)) for i, alpha in enumerate(alphas, 1)]
 
 
 def chain_lobes(size: int, samples: int) -> list[Lobe]:
-    """The lobe of each level from 1, as samples. Raises LimitError where there is no such chain."""
-    return [sampled_lobe(alpha, count) for alpha, count in chain_alphas(size, samples)]
+    """The lobe of each level from 1, as samples: of the next root of 2 times as many, with a quarter of the texels.
+    Raises LimitError where there is no such chain."""
+    alphas = enumerate(chain_alphas(size, samples))
+    return [sampled_lobe(alpha, round(samples * 2 ** (i / 2))) for i, alpha in alphas]
 
 
-def chain_alphas(size: int, samples: int) -> list[tuple[float, int]]:
-    """alpha and number of samples of each level from 1 of a chain. Raises LimitError where there is no such chain."""
+def chain_alphas(size: int, samples: int) -> list[float]:
+    """alpha of each level from 1 of a chain. Raises LimitError where there is no such chain."""
     if size < 2 * SMALLEST_FACES or size & (size - 1):
         raise LimitError(f"the size of a gloss chain must be a power of two from {2 * SMALLEST_FACES}; got {size}")
     if samples < 1:
         raise LimitError(f"a gloss chain needs at least 1 sample; got {samples}")
     last = (size // SMALLEST_FACES).bit_length() - 1
-    return [((i / last) ** 2, samples << (i - 1)) for i in range(1, last + 1)]
+    return [(i / last) ** 2 for i in range(1, last + 1)]
 
 
 @dataclass(frozen=True)
@@ -96,22 +98,29 @@ def sampled_lobe(alpha: float, count: int) -> Lobe:
     return Lobe(alpha, np.concatenate([dirs, stands_for[:, None]], axis=-1), float(integral))
 
 
-def without_bright(faces: F32, count: int) -> tuple[F32, F32, F32]:
-    """Faces (6, n, n, 3) whose `count` brightest texels are as bright as the next; and of these the directions
-    (count, 3) and the light that is taken away, radiance times solid angle (count, 3)."""
+SUN = 16.0
+"""Times the mean: from there on texels are bright enough to be missed, or met too often, by samples of a lobe."""
+
+
+def without_bright(faces: F32, most: int) -> tuple[F32, F32, F32]:
+    """Faces (6, n, n, 3) with their brightest texels dimmed, to SUN times the mean, or to as bright as the next after
+    `most` of them; and of these the directions (K, 3) and the light taken away, radiance times solid angle (K, 3)."""
     n = faces.shape[1]
     flat = faces.reshape(-1, 3)
-    height = flat.max(axis=1)
-    count = min(count, len(flat) - 1)
-    order = np.argpartition(height, -count - 1)[-count - 1 :]
-    order = order[np.argsort(height[order])]
-    limit, bright = height[order[0]], order[1:]
-    share = np.divide(limit, height[bright], out=np.ones(count, np.float32), where=height[bright] > 0)[:, None]
+    height = np.maximum(np.maximum(flat[:, 0], flat[:, 1]), flat[:, 2])
+    limit = np.float32(SUN * max(height.mean(dtype=np.float64), 0.0))
+    bright = np.flatnonzero(height > limit)
+    if len(bright) > most:
+        order = bright[np.argsort(height[bright])[-most - 1 :]]
+        limit, bright = height[order[0]], order[1:]
     kept = flat.copy()
-    kept[bright] *= share
-    area = cube.solid_angles(n).ravel()[bright % (n * n)][:, None]
-    dirs = cube.texel_directions(n).reshape(-1, 3)[bright]
-    return kept.reshape(faces.shape), dirs.astype(np.float32), ((flat[bright] - kept[bright]) * area).astype(np.float32)
+    kept[bright] *= (limit / height[bright])[:, None]
+    face, t, s = np.unravel_index(bright, (6, n, n))
+    dirs = cube.face_dir(face, (s + 0.5) / n, (t + 0.5) / n)
+    length = np.linalg.norm(dirs, axis=-1, keepdims=True)
+    # Solid angles to 2e-4 at n = 64, as if each texel were a point.
+    light = (flat[bright] - kept[bright]) * (4 / (n**2 * length**3))
+    return kept.reshape(faces.shape), (dirs / length).astype(np.float32), light.astype(np.float32)
 
 
 def area_faces(environment: EnvironmentMap, size: int) -> F32:
