@@ -25,6 +25,7 @@ SECTIONS = (
     "normals",
     "layouts",
     "pyramids",
+    "diffuse",
     "conversion",
     "promise",
 )
