@@ -19,6 +19,7 @@ from glbump.maps.files import (
     write_display,
     write_picture,
 )
+from glbump.shown import colours
 
 
 class Frame:
@@ -30,7 +31,7 @@ class Frame:
     stats: backend, renderer string, plan, times, textures and bytes.
     """
 
-    __slots__ = ("_pixels", "_raw", "stats")
+    __slots__ = ("_pixels", "_raw", "show", "stats")
 
     def __init__(
         self,
@@ -38,14 +39,17 @@ class Frame:
         stats: dict[str, Any] | None = None,
         *,
         bottom_up: bool = False,
+        show: str | None = None,
     ) -> None:
-        """raw: (H, W, 4) float16 or float32, kept, not copied. bottom_up: whether its row 0 is the lowest."""
+        """raw: (H, W, 4) float16 or float32, kept, not copied. bottom_up: whether its row 0 is the lowest. show: what
+        it holds in place of light, a name of glbump.shown; on screens it has the colours said there."""
         if raw.ndim != 3 or raw.shape[2] != 4 or raw.size == 0 or raw.dtype not in (np.float16, np.float32):
             raise ImageError(
                 f"a frame must be (H, W, 4) of float16 or float32, not empty; got {raw.shape} of {raw.dtype}"
             )
         self._raw = raw[::-1] if bottom_up else raw
         self._pixels: npt.NDArray[np.float32] | None = None
+        self.show = show
         self.stats: dict[str, Any] = {} if stats is None else stats
 
     @property
@@ -71,6 +75,8 @@ class Frame:
 
     def _display(self, tone: str, exposure: float, name: str) -> npt.NDArray[np.uint8]:
         require_no_nan(self._raw, name)
+        if self.show is not None:
+            return colours(self.show, self.pixels)
         # All four channels at once, for the sake of contiguous memory, then the alpha set right.
         shown = display_bytes(self._raw, tone, exposure)
         shown[..., 3] = alpha_bytes(self._raw[..., 3])

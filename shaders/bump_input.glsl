@@ -20,6 +20,7 @@
 #define SCHARR 4
 #define FOURTH 5
 #define BSPLINE 6
+#define KERNEL_READS int[7](3, 4, 4, 8, 8, 8, 16)[KERNEL]
 
 // How a map is stored, as glbump/maps/bump_formats.py has it.
 #define PLAIN 0
@@ -29,6 +30,10 @@
 #define FOLDED 4
 #define FOLDED_BYTES 5
 
+// What is kept of slopes that levels average: one variance for all directions, or their second moments.
+#define TOKSVIG 1
+#define LEAN 2
+
 #include "lib/bump.glsl"
 #include "lib/filter.glsl"
 #if HAS_CODES
@@ -36,6 +41,9 @@
 #endif
 #if HAS_HEIGHTS || HAS_SCREEN
 #include "lib/gradients.glsl"
+#endif
+#if SPREAD
+#include "lib/spread.glsl"
 #endif
 
 uniform sampler2D bump_0;
@@ -47,6 +55,26 @@ uniform sampler2D bump_2;
 #endif
 #if BUMP > 3
 uniform sampler2D bump_3;
+#endif
+#if SPREAD
+// Level 0 of these is level 1 of the slopes: those of level 0 have no spread.
+uniform sampler2D spread_0;
+#if BUMP > 1
+uniform sampler2D spread_1;
+#endif
+#if BUMP > 2
+uniform sampler2D spread_2;
+#endif
+#if BUMP > 3
+uniform sampler2D spread_3;
+#endif
+uniform vec3 spread_scale[4];  // what is kept, to squares of slopes as slope_scale has them
+#else
+// Handed on, and read by nothing.
+#define spread_0 bump_0
+#define spread_1 bump_1
+#define spread_2 bump_2
+#define spread_3 bump_3
 #endif
 // Of each layer; there are four at most.
 uniform vec2 repeat[4];          // per unit of u and v, or of the object's coordinates
@@ -88,6 +116,13 @@ struct Relief {
     vec2 by_tangent;    // slopes along tangent and bitangent
     vec3 by_object;     // gradient in the object's coordinates
     float on_screen;    // heights whose gradient is left to the screen
+#if SPREAD
+    // Second moments (uu, uv, vv) of the slopes above that are not seen one by one, and of by_object all of them.
+    vec3 spread_by_uv;
+    vec3 spread_by_parameter;
+    vec3 spread_by_tangent;
+    mat3 spread_by_object;
+#endif
 };
 
 #if HAS_HEIGHTS
@@ -135,6 +170,7 @@ vec2 octahedral_slope(sampler2D map, vec2 place, const int stored, float middle)
 
 // Slopes, and in b heights where there are any.
 vec3 relief_texel(sampler2D map, const int i, const int stored, float middle, vec2 place, float level) {
+    READS(stored >= FOLDED ? 4.0 : 1.0);
 #if HAS_FOLDED
     if (stored >= FOLDED) return vec3(octahedral_slope(map, place, stored, middle), 0.0);
 #endif
@@ -147,10 +183,40 @@ vec3 relief_texel(sampler2D map, const int i, const int stored, float middle, ve
     return texel;
 }
 
+#if BUMP_MIP
+float bump_level(sampler2D map, vec2 ddx, vec2 ddy) {
+    vec2 size = vec2(textureSize(map, 0)) * bump_footprint;
+    return isotropic_level(ddx * size, ddy * size);
+}
+#endif
+
+#if SPREAD
+// Second moments (uu, uv, vv) of the slopes that texel_at averages. Independent layers' add up.
+vec3 moments_at(sampler2D map, sampler2D spread, const int kind, const int i, const int stored, vec2 place, vec2 ddx,
+                vec2 ddy) {
+    // These are read at level 0.
+    if ((kind & 3) == HEIGHTS || stored >= FOLDED) return vec3(0.0);
+    float level = bump_level(map, ddx, ddy);
+    READS(1.0);
+    vec3 moments = textureLod(spread, place, level - 1.0).rgb;
+#if SPREAD == TOKSVIG
+    moments = vec3(moments.r, 0.0, moments.r);
+#elif SPREAD != LEAN
+#error "SPREAD must be 0, TOKSVIG or LEAN"
+#endif
+    if ((kind & CLAMPED) != 0) {
+        vec2 inside = step(0.0, place) * step(place, vec2(1.0));
+        moments *= inside.xxy * inside.xyy;
+    }
+    return moments * spread_scale[i] * clamp(level, 0.0, 1.0);
+}
+#endif
+
 // Slopes of the map at `place`, which changes by ddx and ddy from pixel to pixel; and in b its height.
 vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, float middle, vec2 place, vec2 ddx, vec2 ddy) {
 #if HAS_HEIGHTS
     if ((kind & 3) == HEIGHTS && (kind & SCREEN) == 0) {
+        READS(float(KERNEL_READS + BUMP_FULL * (KERNEL == BSPLINE ? 16 : 1)));
 #if BUMP_FULL && KERNEL == BSPLINE
         return vec3(slope_at(map, place), height_bspline(map, place));
 #elif BUMP_FULL
@@ -161,16 +227,24 @@ vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, floa
     }
 #endif
 #if HAS_SCREEN && KERNEL == BSPLINE
-    if ((kind & SCREEN) != 0) return vec3(0.0, 0.0, height_bspline(map, place));
+    if ((kind & SCREEN) != 0) {
+        READS(16.0);
+        return vec3(0.0, 0.0, height_bspline(map, place));
+    }
 #endif
 #if BUMP_MIP
-    vec2 size = vec2(textureSize(map, 0)) * bump_footprint;
-    float level = isotropic_level(ddx * size, ddy * size);
+    float level = bump_level(map, ddx, ddy);
 #else
     const float level = 0.0;
 #endif
+#if SHOW == SHOW_LEVEL
+    if (i == 0) shown.g = level;
+#endif
 #if HAS_SCREEN
-    if ((kind & SCREEN) != 0) return vec3(0.0, 0.0, textureLod(map, place, level).r);
+    if ((kind & SCREEN) != 0) {
+        READS(1.0);
+        return vec3(0.0, 0.0, textureLod(map, place, level).r);
+    }
 #endif
     vec3 texel = relief_texel(map, i, stored, middle, place, level);
     // Beyond the edge of a map that ends the height goes on as it is at the edge.
@@ -180,29 +254,34 @@ vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, floa
 
 #if HAS_TRIPLANAR
 // One of the three maps: right and up, along axes of the object, are where its u and v grow.
-void add_plane(inout Relief r, sampler2D map, const int kind, const int i, const int stored, float middle, Place at,
-               float share, vec3 right, vec3 up) {
+void add_plane(inout Relief r, sampler2D map, sampler2D spread, const int kind, const int i, const int stored,
+               float middle, Place at, float share, vec3 right, vec3 up) {
     vec2 place = vec2(dot(at.p * repeat[i].x + origin_u[i], right), dot(at.p * repeat[i].y + origin_v[i], up));
     vec2 ddx = vec2(dot(at.p_dx, right), dot(at.p_dx, up)) * repeat[i];
     vec2 ddy = vec2(dot(at.p_dy, right), dot(at.p_dy, up)) * repeat[i];
     vec3 texel = texel_at(map, kind, i, stored, middle, place, ddx, ddy);
     vec2 slope = texel.rg * slope_scale[i];
     r.by_object += share * (slope.x * right + slope.y * up);
+#if SPREAD
+    r.spread_by_object +=
+        share * share * spread_along(right, up, moments_at(map, spread, kind, i, stored, place, ddx, ddy));
+#endif
 #if HAS_SCREEN
     if ((kind & SCREEN) != 0) r.on_screen += share * height_scale[i] * texel.b;
 #endif
 }
 #endif
 
-void add_layer(inout Relief r, sampler2D map, const int kind, const int i, const int stored, float middle, Place at) {
+void add_layer(inout Relief r, sampler2D map, sampler2D spread, const int kind, const int i, const int stored,
+               float middle, Place at) {
 #if HAS_TRIPLANAR
     if ((kind & TRIPLANAR) != 0) {
         // Each is seen upright from outside, on both of its sides.
         vec3 share = triplanar_shares(at.n);
         vec3 side = vec3(at.n.x < 0.0 ? -1.0 : 1.0, at.n.y < 0.0 ? -1.0 : 1.0, at.n.z < 0.0 ? -1.0 : 1.0);
-        add_plane(r, map, kind, i, stored, middle, at, share.x, vec3(0.0, 0.0, -side.x), vec3(0.0, 1.0, 0.0));
-        add_plane(r, map, kind, i, stored, middle, at, share.y, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, -side.y));
-        add_plane(r, map, kind, i, stored, middle, at, share.z, vec3(side.z, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        add_plane(r, map, spread, kind, i, stored, middle, at, share.x, vec3(0.0, 0.0, -side.x), vec3(0.0, 1.0, 0.0));
+        add_plane(r, map, spread, kind, i, stored, middle, at, share.y, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, -side.y));
+        add_plane(r, map, spread, kind, i, stored, middle, at, share.z, vec3(side.z, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
         return;
     }
 #endif
@@ -214,6 +293,16 @@ void add_layer(inout Relief r, sampler2D map, const int kind, const int i, const
     if ((kind & SCREEN) != 0) {
         r.on_screen += height_scale[i] * texel.b;
         return;
+    }
+#endif
+#if SPREAD
+    vec3 moments = moments_at(map, spread, kind, i, stored, at.uv * times, at.uv_dx * times, at.uv_dy * times);
+    if ((kind & 3) == NORMALS) {
+        r.spread_by_tangent += moments;
+    } else if ((kind & PARAMETER) != 0) {
+        r.spread_by_parameter += moments;
+    } else {
+        r.spread_by_uv += moments;
     }
 #endif
     if ((kind & 3) == NORMALS) {
@@ -230,16 +319,23 @@ void add_layer(inout Relief r, sampler2D map, const int kind, const int i, const
 }
 
 Relief relief_at(Place at) {
-    Relief r = Relief(0.0, vec2(0.0), vec2(0.0), vec2(0.0), vec3(0.0), 0.0);
-    add_layer(r, bump_0, BUMP_0, 0, STORED_0, float(MIDDLE_0), at);
+    Relief r;
+    r.height = r.on_screen = 0.0;
+    r.by_uv = r.by_parameter = r.by_tangent = vec2(0.0);
+    r.by_object = vec3(0.0);
+#if SPREAD
+    r.spread_by_uv = r.spread_by_parameter = r.spread_by_tangent = vec3(0.0);
+    r.spread_by_object = mat3(0.0);
+#endif
+    add_layer(r, bump_0, spread_0, BUMP_0, 0, STORED_0, float(MIDDLE_0), at);
 #if BUMP > 1
-    add_layer(r, bump_1, BUMP_1, 1, STORED_1, float(MIDDLE_1), at);
+    add_layer(r, bump_1, spread_1, BUMP_1, 1, STORED_1, float(MIDDLE_1), at);
 #endif
 #if BUMP > 2
-    add_layer(r, bump_2, BUMP_2, 2, STORED_2, float(MIDDLE_2), at);
+    add_layer(r, bump_2, spread_2, BUMP_2, 2, STORED_2, float(MIDDLE_2), at);
 #endif
 #if BUMP > 3
-    add_layer(r, bump_3, BUMP_3, 3, STORED_3, float(MIDDLE_3), at);
+    add_layer(r, bump_3, spread_3, BUMP_3, 3, STORED_3, float(MIDDLE_3), at);
 #endif
     return r;
 }

@@ -15,6 +15,7 @@
 #define BY_LONGEST 0
 #define BY_AREA 1
 
+#include "show_input.glsl"
 #include "lib/environment.glsl"
 #include "lib/filter.glsl"
 
@@ -95,6 +96,7 @@ vec3 tile_radiance(vec3 place, int level) {
     place.yz = place.yz * border.xy + border.zw;
 #endif
     vec2 texel = at.xy + tile_texel(place, at.zw);
+    READS(1.0);
     return textureLod(environment, texel / vec2(textureSize(environment, 0)), 0.0).rgb;
 }
 #endif
@@ -107,11 +109,13 @@ vec3 picture_radiance(vec3 dir_env, float level) {
 #if ENVIRONMENT_BORDER
     place = place * border.xy + border.zw;
 #endif
+    READS(1.0);
     return textureLod(environment, place, level).rgb;
 #elif ENVIRONMENT == CUBE
 #if ENVIRONMENT_BORDER
     dir_env = cube_border_dir(dir_env, border.x);
 #endif
+    READS(1.0);
     return textureLod(environment, dir_env, level).rgb;
 #else
     vec3 place = tile_place(dir_env);
@@ -152,6 +156,13 @@ vec3 footprint_y(vec3 dir_env) {
 // dir_env: unit length where it has a footprint or the environment is computed; else of any. ddx, ddy: how it changes
 // across the sample.
 vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
+#if SHOW == SHOW_FOOTPRINT
+    if (shown.a == 0.0) {
+        vec3 major, minor;
+        footprint_axes(ddx, ddy, major, minor);
+        shown = vec4(length(major), length(minor), 0.0, 1.0);
+    }
+#endif
 #if ENVIRONMENT == SKY
     vec3 radiance = sky_radiance(dir_env, ddx, ddy, up, down, softness);
 #elif ENVIRONMENT == CHROME
@@ -171,6 +182,9 @@ vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
 #endif
 #else
     const float level = 0.0;
+#endif
+#if SHOW == SHOW_LEVEL
+    if (shown.a == 0.0) shown = vec4(level, shown.g, 0.0, 1.0);
 #endif
     // Layouts of the upper half show below the horizon what mirrors it above.
     vec3 radiance = picture_radiance(dir_env, level);

@@ -36,6 +36,10 @@ vec2 lobe_factors(float n_dot_v, float roughness) {
 #if GLOSS == CHAIN
 // Radiance round dir_env, as a surface of this roughness mirrors it.
 vec3 blurred_radiance(vec3 dir_env, float roughness) {
+    READS(1.0);
+#if SHOW == SHOW_LEVEL
+    shown = vec4(roughness * last_gloss_level, shown.g, 0.0, 1.0);
+#endif
     vec3 radiance = textureLod(gloss, dir_env, roughness * last_gloss_level).rgb;
 #if EXPOSURE
     radiance *= exposure_factor;

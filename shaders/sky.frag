@@ -19,4 +19,10 @@ void main() {
     vec3 seen_env = dir_env;
 #endif
     color = vec4(environment_radiance(seen_env, footprint_x(seen_env), footprint_y(seen_env)), 1.0);
+#if SHOW == SHOW_REFLECTION
+    shown = vec4(world_from_env * normalize(dir_env), 1.0);
+#endif
+#if SHOW
+    color = shown;
+#endif
 }

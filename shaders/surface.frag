@@ -106,6 +106,13 @@ uniform vec2 log_depth;  // factor, summand
 #endif
 
 in vec3 p_object;
+#if MULTISAMPLED
+// Mesa's llvmpipe (22.3) takes what varies at the sample, and its perspective at the middle of the pixel: all is off by
+// one factor, which this shows.
+in float one;
+#else
+const float one = 1.0;
+#endif
 #if SHAPE == MESH
 in vec3 mesh_normal;
 #if HAS_UV
@@ -131,7 +138,7 @@ vec3 turned(vec3 v_object) {
 #endif
 }
 
-#if BUMP_FULL
+#if BUMP_FULL || ENVIRONMENT_FOOTPRINT || BUMP_MIP
 // How the normal of the surface as the environment has it changes, where the object's changes by dn.
 vec3 turned_change(vec3 dn, vec3 n_object) {
 #if TRANSFORM == GENERAL
@@ -160,19 +167,21 @@ struct SurfacePoint {
 #endif
 };
 
-SurfacePoint surface_point(vec3 dir_object) {
+#include "footprint_input.glsl"
+
+SurfacePoint surface_point(vec3 p_object, vec3 dir_object) {
     SurfacePoint s;
     s.p_object = p_object;
 #if SHAPE == MESH
     // Between vertices whose normals are opposite there is none: 0, and no NaN.
     s.n_object = mesh_normal * inversesqrt(max(dot(mesh_normal, mesh_normal), 1e-30));
 #if HAS_UV
-    s.uv = mesh_uv;
-    s.dpdu = mesh_dpdu;
-    s.dpdv = mesh_dpdv;
+    s.uv = mesh_uv / one;
+    s.dpdu = mesh_dpdu / one;
+    s.dpdv = mesh_dpdv / one;
 #if BUMP_FULL
-    s.dndu = mesh_dndu;
-    s.dndv = mesh_dndv;
+    s.dndu = mesh_dndu / one;
+    s.dndv = mesh_dndv / one;
 #endif
 #endif
 #elif SHAPE == SPHERE
@@ -218,18 +227,40 @@ SurfacePoint surface_point(vec3 dir_object) {
     return s;
 }
 
+#if SPREAD
+// What a vector has along the surface whose normal n is.
+mat3 tangential(vec3 n) {
+    return mat3(1.0) - outerProduct(n, n);
+}
+
+// Of slopes (uu, uv, vv) of heights by u and v.
+mat3 spread_by_uv(vec3 n_env, vec3 dpdu, vec3 dpdv, vec3 moments) {
+#if (SHAPE == SPHERE || SHAPE == TORUS) && TRANSFORM != GENERAL
+    vec3 by_u = orthogonal_gradient(dpdu, dpdv, vec2(1.0, 0.0));
+    vec3 by_v = orthogonal_gradient(dpdu, dpdv, vec2(0.0, 1.0));
+#else
+    vec3 by_u = surface_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0));
+    vec3 by_v = surface_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0));
+#endif
+    return spread_along(by_u, by_v, moments);
+}
+#endif
+
 #if BUMP
-vec3 bumped(SurfacePoint s, vec3 n_env) {
+// The bent normal; and of normals that are not seen one by one the spread, in slopes against it.
+Varied bumped(SurfacePoint s, Varied p_met, Varied n, out mat3 spread) {
+    vec3 n_env = n.at;
+    spread = mat3(0.0);
     Place at;
 #if HAS_UV
     at.uv = s.uv;
     at.uv_dx = at.uv_dy = vec2(0.0);
-#if BUMP_MIP && (SHAPE == SPHERE || SHAPE == TORUS)
-    at.uv_dx = wrapped_difference(dFdx(s.uv));
-    at.uv_dy = wrapped_difference(dFdy(s.uv));
-#elif BUMP_MIP
+#if BUMP_MIP && SHAPE == MESH
     at.uv_dx = dFdx(s.uv);
     at.uv_dy = dFdy(s.uv);
+#elif BUMP_MIP
+    at.uv_dx = uv_change(p_met.dx, s.dpdu, s.dpdv);
+    at.uv_dy = uv_change(p_met.dy, s.dpdu, s.dpdv);
 #endif
     vec3 dpdu = turned(s.dpdu);
     vec3 dpdv = turned(s.dpdv);
@@ -237,11 +268,8 @@ vec3 bumped(SurfacePoint s, vec3 n_env) {
 #if HAS_TRIPLANAR
     at.p = s.p_object;
     at.n = s.n_object;
-    at.p_dx = at.p_dy = vec3(0.0);
-#if BUMP_MIP
-    at.p_dx = dFdx(s.p_object);
-    at.p_dy = dFdy(s.p_object);
-#endif
+    at.p_dx = p_met.dx;
+    at.p_dy = p_met.dy;
 #endif
     Relief relief = relief_at(at);
     vec3 gradient = vec3(0.0);
@@ -249,9 +277,17 @@ vec3 bumped(SurfacePoint s, vec3 n_env) {
     vec3 t, b;
     tangent_frame(n_env, dpdu, dpdv, t, b);
     gradient += relief.by_tangent.x * t + relief.by_tangent.y * b;
+#if SPREAD
+    spread += spread_along(t, b, relief.spread_by_tangent);
+#endif
 #endif
 #if HAS_PARAMETER
     gradient += invariant_gradient(n_env, dpdu, dpdv, relief.by_parameter);
+#if SPREAD
+    // By the lengths of slopes along u and v alone, which is right to their sum.
+    spread += spread_along(invariant_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
+                           invariant_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_parameter);
+#endif
 #endif
 #if HAS_WORLD
 #if BUMP_FULL
@@ -263,30 +299,79 @@ vec3 bumped(SurfacePoint s, vec3 n_env) {
 #else
     gradient += surface_gradient(n_env, dpdu, dpdv, relief.by_uv);
 #endif
+#if SPREAD
+    spread += spread_by_uv(n_env, dpdu, dpdv, relief.spread_by_uv);
+#endif
 #endif
 #if HAS_TRIPLANAR
 #if TRANSFORM == GENERAL
     gradient += volume_gradient(n_env, env_from_object_gradient * relief.by_object);
+#if SPREAD
+    spread += carried_spread(tangential(n_env) * env_from_object_gradient, relief.spread_by_object);
+#endif
 #else
     gradient += volume_gradient(n_env, turned(relief.by_object));
+#if SPREAD && TRANSFORM == NONE
+    spread += carried_spread(tangential(n_env), relief.spread_by_object);
+#elif SPREAD
+    spread += carried_spread(tangential(n_env) * env_from_object, relief.spread_by_object);
+#endif
 #endif
 #endif
 #if HAS_SCREEN
     gradient += surface_gradient_screen(n_env, turned(s.p_object), relief.on_screen);
 #endif
-    return bump_normal(n_env, gradient);
+#if SPREAD
+    spread = normal_spread(n_env, gradient, spread);
+#endif
+#if SHOW == SHOW_SLOPE
+    shown = vec4(world_from_env * gradient, 1.0);
+#endif
+    return bent(n, gradient);
 }
 #endif
 
-// Radiance from dir_env at a point of the surface; p_room is looked at where there is a room.
-vec3 mirrored(vec3 p_room, vec3 dir_env) {
+// Radiance from look at a point of the surface; p_room is looked at where there is a room. spread: of the directions
+// that are looked at together, beside those of the sample's footprint. Past what is near in a room it is taken as if all
+// of the room were far. rough: roughness where a chain is read.
+vec3 mirrored(Varied p_room, Varied look, mat3 spread, float rough) {
+    vec3 dir_env = look.at;
+    vec3 ddx = vec3(0.0), ddy = vec3(0.0);
+#if ENVIRONMENT_FOOTPRINT
+    ddx = footprint * look.dx;
+    ddy = footprint * look.dy;
+#endif
 #if PARALLAX
-    dir_env = in_room(p_room, dir_env);
+    vec3 seen_env = in_room(p_room.at, dir_env);
+#if ENVIRONMENT_FOOTPRINT
+    ddx = in_room(p_room.at + footprint * p_room.dx, dir_env + ddx) - seen_env;
+    ddy = in_room(p_room.at + footprint * p_room.dy, dir_env + ddy) - seen_env;
+#endif
+    dir_env = seen_env;
 #endif
 #if LIGHT == GLOSSY && GLOSS == CHAIN
-    return blurred_radiance(dir_env, roughness);
+    return blurred_radiance(dir_env, rough);
 #else
-    return environment_radiance(dir_env, footprint_x(dir_env), footprint_y(dir_env));
+#if SPREAD && ENVIRONMENT < SKY
+    // A level's texel is averaged by the box that it covers and by the tent between texels: 1/12 + 1/6 of its square.
+    widened_footprint(dir_env, ddx, ddy, spread, 4.0, ddx, ddy);
+    vec3 step;
+    vec3 tap_x, tap_y;
+    spread_taps(ddx, ddy, step, tap_x, tap_y);
+    // Long and thin, and longer than a texel.
+    if (dot(step, step) > 0.04 * dot(ddx, ddx) && dot(ddx, ddx) * texels_per_radian * texels_per_radian > 1.0) {
+        vec3 sum = vec3(0.0);
+        for (int i = 0; i < SPREAD_TAPS; i++) {
+            float place = float(i) - 0.5 * float(SPREAD_TAPS - 1);
+            sum += environment_radiance(normalize(dir_env + place * step), tap_x, tap_y);
+        }
+        return sum / float(SPREAD_TAPS);
+    }
+#elif SPREAD
+    // What is computed is averaged over the footprint itself, of which the variance is 1/12.
+    widened_footprint(dir_env, ddx, ddy, spread, 12.0, ddx, ddy);
+#endif
+    return environment_radiance(dir_env, ddx, ddy);
 #endif
 }
 
@@ -309,10 +394,10 @@ vec3 irradiance_over_pi(vec3 n_env) {
 
 #if SUNS && LIGHT == GLOSSY && GLOSS == CHAIN
 // Of the suns that the chain is without, once reflected.
-vec3 suns_mirrored(vec3 v_env, vec3 n_env) {
+vec3 suns_mirrored(vec3 v_env, vec3 n_env, float rough) {
     vec3 radiance = vec3(0.0);
     for (int i = 0; i < SUNS; i++) {
-        radiance += sun_irradiance[i] * sun_reflected(n_env, v_env, sun_dir[i], sun_radius[i], roughness, f0);
+        radiance += sun_irradiance[i] * sun_reflected(n_env, v_env, sun_dir[i], sun_radius[i], rough, f0);
     }
 #if EXPOSURE
     radiance *= exposure_factor;
@@ -321,27 +406,71 @@ vec3 suns_mirrored(vec3 v_env, vec3 n_env) {
 }
 #endif
 
-// geometry_env: the normal of the surface without its bumps, on the eye's side. eta: index of refraction on the eye's
-// side over that on the other.
-vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) {
+// dir mirrored at n, and bent there.
+Varied reflection(Varied dir, Varied n) {
+    return Varied(reflect_dir(dir.at, n.at), reflect_dir_change(dir.at, n.at, dir.dx, n.dx),
+                  reflect_dir_change(dir.at, n.at, dir.dy, n.dy));
+}
+
+Varied refraction(Varied dir, Varied n, float eta) {
+    return Varied(refract_dir(dir.at, n.at, eta), refract_dir_change(dir.at, n.at, eta, dir.dx, n.dx),
+                  refract_dir_change(dir.at, n.at, eta, dir.dy, n.dy));
+}
+
+// A normal on the eye's side, and a direction on the side of n.
+Varied kept_facing(Varied n, Varied dir) {
+    Varied over = reflection(n, dir);
+    bool is_facing = dot(n.at, dir.at) <= 0.0;
+    return Varied(facing(n.at, dir.at), is_facing ? n.dx : over.dx, is_facing ? n.dy : over.dy);
+}
+
+Varied kept_above(Varied dir, Varied n) {
+    Varied over = reflection(dir, n);
+    bool is_above = dot(dir.at, n.at) >= 0.0;
+    return Varied(above_surface(dir.at, n.at), is_above ? dir.dx : over.dx, is_above ? dir.dy : over.dy);
+}
+
+// geometry: the normal of the surface without its bumps, on the eye's side. eta: index of refraction on the eye's
+// side over that on the other. spread: of n, in slopes.
+vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, mat3 spread) {
+    vec3 dir_env = dir.at, n_env = n.at;
+    mat3 look_spread = mat3(0.0);
+#if SPREAD && LIGHT == GLOSSY
+    float rough = spread_roughness(roughness, spread);
+#elif LIGHT == GLOSSY
+    float rough = roughness;
+#else
+    const float rough = 0.0;
+#endif
+#if SPREAD && LIGHT != GLOSSY
+    spread = unit_spread(spread);
+#endif
 #if LOOKUP == REFLECTION
-    vec3 look_env = reflect_dir(dir_env, n_env);
-#if BUMP
-    look_env = above_surface(look_env, geometry_env);
+    Varied look = reflection(dir, n);
+#if SPREAD && LIGHT != GLOSSY
+    mat3 reflected_spread = carried_spread(reflect_matrix(dir_env, n_env), spread);
+    look_spread = folded_spread(look.at, geometry.at, reflected_spread);
+    look.at = folded_dir(look.at, geometry.at, reflected_spread);
+#elif BUMP
+    look = kept_above(look, geometry);
 #endif
 #elif LOOKUP == BY_NORMAL
-    vec3 look_env = n_env;
+    Varied look = n;
+    look_spread = spread;
 #else
 #error "LOOKUP must be REFLECTION or BY_NORMAL"
 #endif
+#if SHOW == SHOW_REFLECTION
+    shown = vec4(world_from_env * look.at, 1.0);
+#endif
     float n_dot_v = -dot(dir_env, n_env);
 #if LIGHT == WHITE_MIRROR
-    return mirrored(p_room, look_env);
+    return mirrored(p_room, look, look_spread, rough);
 #elif LIGHT == TINTED_MIRROR
-    return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look_env);
+    return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look, look_spread, rough);
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
 #if LIGHT == GLOSSY
-    vec2 factors = lobe_factors(n_dot_v, roughness);
+    vec2 factors = lobe_factors(n_dot_v, rough);
     vec3 dielectric = glossy_share(dielectric_f0, factors);
     vec3 share = mix(dielectric, glossy_share(base_color, factors), metallic);
 #if DIFFUSE || TRANSMISSION
@@ -366,24 +495,24 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) 
 #if LIGHT == GLOSSY && GLOSS == SAMPLED
     vec3 through_env = refract_dir(dir_env, n_env, eta);
 #if LOOKUP == BY_NORMAL
-    LobeLight lobe = lobe_light(p_room, n_env, n_env, geometry_env, roughness, f0, eta, look_env, through_env);
+    LobeLight lobe = lobe_light(p_room.at, n_env, n_env, geometry.at, rough, f0, eta, look.at, through_env);
 #if TRANSMISSION
     lobe.through =
-        lobe_light(p_room, -dir_env, n_env, geometry_env, roughness, f0, eta, look_env, through_env).through;
+        lobe_light(p_room.at, -dir_env, n_env, geometry.at, rough, f0, eta, look.at, through_env).through;
 #endif
 #else
-    LobeLight lobe = lobe_light(p_room, -dir_env, n_env, geometry_env, roughness, f0, eta, look_env, through_env);
+    LobeLight lobe = lobe_light(p_room.at, -dir_env, n_env, geometry.at, rough, f0, eta, look.at, through_env);
 #endif
     vec3 result = share * lobe.mirrored;
 #elif LIGHT == GLOSSY
-    vec3 result = share * mirrored(p_room, lobe_dir(n_env, look_env, roughness));
+    vec3 result = share * mirrored(p_room, Varied(lobe_dir(n_env, look.at, rough), look.dx, look.dy), look_spread, rough);
 #if SUNS
     // What a facet scatters on counts as share has it, at every angle of the sun.
     vec3 scattered = share / max(f0 * factors.x + factors.y, 1e-6);
-    result += scattered * suns_mirrored(-dir_env, n_env);
+    result += scattered * suns_mirrored(-dir_env, n_env, rough);
 #endif
 #else
-    vec3 result = share * mirrored(p_room, look_env);
+    vec3 result = share * mirrored(p_room, look, look_spread, rough);
 #endif
 #if DIFFUSE
     result += kept * diffuse_color * irradiance_over_pi(n_env);
@@ -391,11 +520,16 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) 
 #if TRANSMISSION && LIGHT == GLOSSY && GLOSS == SAMPLED
     result += kept * transmitted_color * lobe.through;
 #elif TRANSMISSION
-    vec3 through_env = refract_dir(dir_env, n_env, eta);
-#if BUMP
-    through_env = above_surface(through_env, -geometry_env);
+    Varied through = refraction(dir, n, eta);
+    mat3 through_spread = mat3(0.0);
+#if SPREAD && LIGHT != GLOSSY
+    mat3 refracted_spread = carried_spread(refract_matrix(dir_env, n_env, eta), spread);
+    through_spread = folded_spread(through.at, -geometry.at, refracted_spread);
+    through.at = folded_dir(through.at, -geometry.at, refracted_spread);
+#elif BUMP
+    through = kept_above(through, Varied(-geometry.at, -geometry.dx, -geometry.dy));
 #endif
-    result += kept * transmitted_color * mirrored(p_room, through_env);
+    result += kept * transmitted_color * mirrored(p_room, through, through_spread, rough);
 #endif
     return result;
 #else
@@ -404,12 +538,13 @@ vec3 light(vec3 p_room, vec3 dir_env, vec3 n_env, vec3 geometry_env, float eta) 
 }
 
 void main() {
+    vec3 p = p_object / one;
 #if DIRECTION == BY_POINT
-    vec3 dir_object = eye_object.w > 0.5 ? normalize(p_object - eye_object.xyz) : eye_object.xyz;
+    vec3 dir_object = eye_object.w > 0.5 ? normalize(p - eye_object.xyz) : eye_object.xyz;
 #else
     vec3 dir_object = normalize(object_from_pixel * vec3(gl_FragCoord.xy - picture_centre, 1.0));
 #endif
-    SurfacePoint s = surface_point(dir_object);
+    SurfacePoint s = surface_point(p, dir_object);
 #if TRANSFORM == GENERAL
     vec3 dir_env = normalize(env_from_object * dir_object);
     vec3 n_env = normalize(env_from_object_normal * s.n_object);
@@ -417,23 +552,24 @@ void main() {
     vec3 dir_env = turned(dir_object);
     vec3 n_env = turned(s.n_object);
 #endif
+    Varied p_met = point_met(s, dir_object);
+    Varied dir = looking(dir_object, dir_env);
+    Varied n = normal_met(s, p_met, n_env);
+    Varied geometry = n;
+#if BUMP
+    mat3 spread;
+    n = bumped(s, p_met, n, spread);
+#else
+    const mat3 spread = mat3(0.0);
+#endif
 #if TWO_SIDED
     // The bump belongs to the outer side; seen from behind, the whole bent surface is turned over.
     float side = dot(n_env, dir_env) > 0.0 ? -1.0 : 1.0;
-#endif
-#if TWO_SIDED
-    vec3 geometry_env = side * n_env;
-#else
-    vec3 geometry_env = n_env;
+    geometry = Varied(side * geometry.at, side * geometry.dx, side * geometry.dy);
+    n = Varied(side * n.at, side * n.dx, side * n.dy);
 #endif
 #if BUMP
-    n_env = bumped(s, n_env);
-#endif
-#if TWO_SIDED
-    n_env *= side;
-#endif
-#if BUMP
-    n_env = facing(n_env, dir_env);
+    n = kept_facing(n, dir);
 #endif
 #if TRANSMISSION
     float eta = 1.0 / ior;
@@ -444,11 +580,22 @@ void main() {
     const float eta = 1.0;
 #endif
 #if PARALLAX
-    vec3 p_room = room_from_object * s.p_object + origin_room;
+    Varied p_room = Varied(room_from_object * p_met.at + origin_room, room_from_object * p_met.dx,
+                           room_from_object * p_met.dy);
 #else
-    const vec3 p_room = vec3(0.0);
+    Varied p_room = p_met;
 #endif
-    color = vec4(light(p_room, dir_env, n_env, geometry_env, eta), 1.0);
+    color = vec4(light(p_room, dir, n, geometry, eta, spread), 1.0);
+#if SHOW == SHOW_NORMAL
+    shown = vec4(world_from_env * n.at, 1.0);
+#elif SHOW == SHOW_UV && HAS_UV
+    shown = vec4(s.uv, 0.0, 1.0);
+#elif SHOW == SHOW_SLOPE && !BUMP
+    shown.a = 1.0;
+#endif
+#if SHOW
+    color = shown;
+#endif
 #if LOG_DEPTH
     gl_FragDepth = log_depth.x * log2(gl_FragCoord.w) + log_depth.y;
 #endif

@@ -36,6 +36,7 @@ ROWS = (
         "frame",
         "maps",
     ),
+    ("shown",),
     ("validate", "progress"),
     ("errors",),
 )

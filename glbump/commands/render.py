@@ -20,6 +20,7 @@ from glbump.commands.options import (
     tone_option,
 )
 from glbump.progress import progress
+from glbump.shown import SHOWN
 
 if TYPE_CHECKING:
     from glbump.frame import Frame
@@ -62,6 +63,7 @@ def _explained(frame: Frame, facts: dict[str, Any] | None) -> Iterator[str]:
 @exposure_option
 @click.option("--reference", is_flag=True, help="Ray-cast in float64 NumPy, without OpenGL: slow and exact.")
 @click.option("--samples", type=click.IntRange(min=1), metavar="N", help="Samples a pixel of --reference.")
+@click.option("--show", type=click.Choice(list(SHOWN)), help="Show this in place of light (docs/filtering.md).")
 @click.option("--explain", is_flag=True, help="Print what the plan chose, and why.")
 @click.option(
     "--measured",
@@ -83,6 +85,7 @@ def render(
     exposure: float,
     reference: bool,
     samples: int | None,
+    show: str | None,
     explain: bool,
     measured: Path | None,
     as_json: bool,
@@ -93,6 +96,7 @@ def render(
     glbump render scene.toml -o ball.png --size 1024x1024
     glbump render scene.toml -o ball.exr --set surface.0.bump.amplitude=0.1
     glbump render scene.toml -o truth.png --reference --samples 64
+    glbump render scene.toml -o levels.png --show level
     glbump render scene.toml -o ball.png --explain --measured out/trade
     """
     from glbump.maps.files import check_target
@@ -113,12 +117,16 @@ def render(
     if reference:
         from glbump.reference import render as render_reference
 
-        frame = _render(session, lambda: render_reference(content, size=size, samples=samples or 16), "casting rays")
+        frame = _render(
+            session, lambda: render_reference(content, size=size, samples=samples or 16, show=show), "casting rays"
+        )
     else:
         from glbump.gl.renderer import render as render_gl
 
         frame = _render(
-            session, lambda: render_gl(content, size=size, quality=quality, backend=backend or "auto"), "drawing"
+            session,
+            lambda: render_gl(content, size=size, quality=quality, backend=backend or "auto", show=show),
+            "drawing",
         )
     frame.save(output, tone=tone, exposure=exposure)
     if as_json:

@@ -201,7 +201,7 @@ def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, res
     return {
         "ENVIRONMENT": DRAWN_LAYOUTS.index(layout),
         "ENVIRONMENT_BORDER": int(own_grid),
-        "ENVIRONMENT_FOOTPRINT": int(levels),
+        "ENVIRONMENT_FOOTPRINT": int(levels or draft.show == "footprint"),
         "ENVIRONMENT_LEVEL": LEVELS[quality.environment_level],
         "ENVIRONMENT_BELOW": below,
         # Levels of tiles in a column are not a texture unit's to mix: their borders differ.
@@ -251,7 +251,7 @@ def _computed(draft: Draft, name: str, environment: Procedural) -> dict[str, int
     averaged = is_averaged(quality.environment_filter, quality.samples)
     why = "averaged over each sample's footprint" if averaged else "the function itself; the samples average"
     draft.note(f"{name} filter", "analytic" if averaged else "none", why)
-    return {"ENVIRONMENT": COMPUTED[type(environment)], "ENVIRONMENT_FOOTPRINT": int(averaged)}
+    return {"ENVIRONMENT": COMPUTED[type(environment)], "ENVIRONMENT_FOOTPRINT": int(averaged or draft.show == "footprint")}
 
 
 def _pixel_angle(scene: Scene, size: tuple[int, int]) -> float:

@@ -50,6 +50,18 @@ def share_above(height: npt.ArrayLike, ddx: npt.ArrayLike, ddy: npt.ArrayLike) -
     return result
 
 
+def footprint_axes(ddx: npt.ArrayLike, ddy: npt.ArrayLike) -> tuple[F64, F64]:
+    """(..., 3) twice: the axes of the footprint with the sides ddx, ddy, the longer one first.
+
+    The columns of the matrix [ddx ddy], turned by the angle that sets them at right angles: its singular vectors times
+    its singular values (Jacobi).
+    """
+    x, y = np.asarray(ddx, np.float64), np.asarray(ddy, np.float64)
+    xx, xy, yy = (np.einsum("...i,...i->...", *pair)[..., None] for pair in ((x, x), (x, y), (y, y)))
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
+    return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
+
+
 def quad_differences(values: npt.ArrayLike) -> tuple[F64, F64]:
     """dFdx and dFdy of values (H, W, C) on a grid of pixels, row 0 on top: differences within quads of 2x2 pixels,
     counted from the lower left as OpenGL does; each row and column of a quad has its own ("fine", as llvmpipe

@@ -82,14 +82,3 @@ def refract_dir_change(
     mu, dmu = behind - ratio * along, (ratio * along / behind - 1) * ratio * change
     passing = ratio * _f64(ddir) + mu * _f64(dn) + dmu * normal
     return np.where(square < 0, reflect_dir_change(d, normal, ddir, dn), passing)
-
-
-def footprint_axes(ddx: npt.ArrayLike, ddy: npt.ArrayLike) -> tuple[F64, F64]:
-    """(..., 3) twice: the axes of the footprint with the sides ddx, ddy, the longer one first.
-
-    The columns of the matrix [ddx ddy], turned by the angle that sets them at right angles: its singular vectors times
-    its singular values (Jacobi).
-    """
-    x, y = _f64(ddx), _f64(ddy)
-    angle = 0.5 * np.arctan2(2 * _dot(x, y), _dot(x, x) - _dot(y, y))
-    return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x

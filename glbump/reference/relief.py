@@ -12,31 +12,17 @@ from glbump.maps import pyramid
 from glbump.maps.bump_formats import CODED, FOLDED_BYTES, XY, XYZ, BumpFormat, code_range
 from glbump.quality import Quality
 from glbump.reference import bump as bumps
-from glbump.reference import encodings, gradients
+from glbump.reference import encodings, footprint, gradients, spread
 from glbump.reference import filter as filters
 from glbump.reference.cast import Hits
+from glbump.reference.varied import Place, Varied, turned_change
 from glbump.relief import HEIGHTS, SCREEN, Layer, layers, terms
 from glbump.scene import Bump, NormalMap, Surface
-from glbump.shapes import Sphere, Torus
+from glbump.shapes import Quad, Sphere, Torus
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
-
-
-class Place:
-    """Where in a grid of rays some of them are."""
-
-    def __init__(self, ray: Index, shape: tuple[int, int]) -> None:
-        self.ray, self.shape = ray, shape
-
-    def differences(self, values: F64) -> tuple[F64, F64]:
-        """dFdx and dFdy (K, C) of values (K, C) of these rays; 0 beside rays that are not among them."""
-        grid = np.full((self.shape[0] * self.shape[1], values.shape[1]), np.nan)
-        grid[self.ray] = values
-        both = filters.quad_differences(grid.reshape(*self.shape, -1))
-        ddx, ddy = (np.nan_to_num(d).reshape(len(grid), -1)[self.ray] for d in both)
-        return ddx, ddy
 
 
 class Relief:
@@ -48,6 +34,8 @@ class Relief:
         self.layers = layers(surface, quality, contents)
         self.full = bool(self.layers) and terms(surface, self.layers, quality, contents).full
         self._maps = [self._levels(layer, contents) for layer in self.layers]
+        self._spreads = [self._spread_levels(layer, quality, contents) for layer in self.layers]
+        self.has_spread = any(self._spreads)
 
     def _levels(self, layer: Layer, contents: Contents) -> list[F64]:
         """(H, W, C), row 0 at v = 0, as the texture's filter sees them: what was stored, read back."""
@@ -56,79 +44,110 @@ class Relief:
         levels = [texels] if one else pyramid.chain_by(layer.pyramid, texels, wraps=not layer.ends)
         return [before_filter(layer.stored, level, most) for level in levels]
 
-    def bent(self, hit: Hits, front: Index, n_env: F64, linear: F64, at: Place) -> F64:
-        """Normals (K, 3) of the hits `front`, bent. n_env: unit normals; linear: (3, 3) from the object's frame."""
+    def _spread_levels(self, layer: Layer, quality: Quality, contents: Contents) -> list[F64]:
+        """(h, w, 3) each: second moments of the map's slopes, of levels 1 and on, row 0 at v = 0; none where none are
+        kept."""
+        if quality.bump_spread == "none" or not layer.has_spread(self.how):
+            return []
+        kept = np.float32 if layer.stored.name == "float" else np.float16
+        unit = contents.steepest(layer.bump, layer.kernel) or 1.0
+        levels = [
+            level[::-1].astype(kept).astype(np.float64) * unit**2 for level in layer.spread(contents, quality.bump_spread)
+        ]
+        if quality.bump_spread == "lean":
+            return levels
+        return [np.concatenate([level, np.zeros_like(level), level], axis=-1) for level in levels]
+
+    def bent(
+        self, hit: Hits, front: Index, p_object: Varied, normals: Varied, linear: F64, at: Place
+    ) -> tuple[Varied, F64]:
+        """Unit normals of the hits `front`, at points p_object, bent; and of those that are not seen one by one the
+        spread (K, 3, 3), in slopes. linear: (3, 3) from the object's frame."""
+        n_env = normals.at
         uv = np.zeros((len(front), 2)) if hit.uv is None else hit.uv[front]
-        p, n = hit.p[front], hit.n[front]
+        p, n = p_object.at, hit.n[front]
+        duv = self._changes(hit, front, p_object, uv, at)
         dpdu, dpdv = (np.zeros_like(p) if d is None else d[front] @ linear.T for d in (hit.dpdu, hit.dpdv))
         gradient = np.zeros_like(n_env)
         height, by_uv, on_screen = np.zeros(len(uv)), np.zeros_like(uv), np.zeros(len(uv))
-        for layer, levels in zip(self.layers, self._maps):
+        by_uv_moments, total = np.zeros((len(uv), 3)), np.zeros((len(uv), 3, 3))
+        for layer, levels, spreads in zip(self.layers, self._maps, self._spreads):
             bump = layer.bump
             if layer.is_triplanar:
-                along, above = self._triplanar(layer, levels, p, n, at)
+                along, above, around = self._triplanar(layer, levels, spreads, p_object, n)
                 # Of a height that is known where the object is: rows, by the inverse.
                 gradient += bumps.volume_gradient(n_env, along @ np.linalg.inv(linear))
+                tangential = np.eye(3) - n_env[:, :, None] * n_env[:, None, :]
+                total += spread.carried_spread(tangential @ np.linalg.inv(linear).T, around)
                 on_screen += above if layer.kind == SCREEN else 0.0
                 continue
-            value = self._read(layer, levels, uv * bump.map_repeat, self._changes(uv, at, bump.map_repeat))
+            place, changes = uv * bump.map_repeat, (duv[0] * bump.map_repeat, duv[1] * bump.map_repeat)
+            value = self._read(layer, levels, place, changes)
+            moments = self._moments(layer, levels, spreads, place, changes)
             slope = value[:, :2] * bump.slope_scale
             if isinstance(bump, NormalMap):
                 t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
                 gradient += slope[:, :1] * t + slope[:, 1:] * b
+                total += spread.spread_along(t, b, moments)
             elif bump.scaling == "parameter":
                 gradient += bumps.invariant_gradient(n_env, dpdu, dpdv, slope)
+                axes = (bumps.invariant_gradient(n_env, dpdu, dpdv, np.eye(2)[i]) for i in (0, 1))
+                total += spread.spread_along(*axes, moments)
             elif layer.kind == SCREEN:
                 on_screen += bump.amplitude * value[:, 2]
             else:
                 by_uv += slope
+                by_uv_moments += moments
                 height += bump.amplitude * value[:, 2]
         if self.full and hit.dndu is not None and hit.dndv is not None:
-            dndu, dndv = (self._turned(d[front], hit.n[front], linear) for d in (hit.dndu, hit.dndv))
+            dndu, dndv = (turned_change(d[front], n, linear) for d in (hit.dndu, hit.dndv))
             gradient += bumps.full_gradient(n_env, dpdu, dpdv, dndu, dndv, height, by_uv)
+            dpdu, dpdv = dpdu + height[:, None] * dndu, dpdv + height[:, None] * dndv
         else:
             gradient += bumps.surface_gradient(n_env, dpdu, dpdv, by_uv)
+        axes = (bumps.surface_gradient(n_env, dpdu, dpdv, np.eye(2)[i]) for i in (0, 1))
+        total += spread.spread_along(*axes, by_uv_moments)
         if on_screen.any():
             both = zip(at.differences(p @ linear.T), at.differences(on_screen[:, None]), strict=True)
             (p_x, h_x), (p_y, h_y) = both
             gradient += bumps.surface_gradient(n_env, p_x, p_y, np.concatenate([h_x, h_y], axis=-1))
-        return bumps.bump_normal(n_env, gradient)
+        changes = (
+            footprint.bump_normal_change(n_env, gradient, dn, dg)
+            for dn, dg in zip(normals[1:], at.differences(gradient), strict=True)
+        )
+        return Varied(bumps.bump_normal(n_env, gradient), *changes), spread.normal_spread(n_env, gradient, total)
 
-    def _changes(self, uv: F64, at: Place, repeat: tuple[float, float]) -> tuple[F64, F64]:
-        """Changes (K, 2) of places on the map from pixel to pixel."""
-        ddx, ddy = at.differences(uv)
-        if isinstance(self.surface.shape, Sphere | Torus):
-            ddx, ddy = filters.wrapped_difference(ddx), filters.wrapped_difference(ddy)
-        return ddx * repeat, ddy * repeat
+    def _changes(self, hit: Hits, front: Index, p: Varied, uv: F64, at: Place) -> tuple[F64, F64]:
+        """Changes (K, 2) of u and v from pixel to pixel."""
+        if not isinstance(self.surface.shape, Sphere | Torus | Quad):
+            return at.differences(uv)
+        assert hit.dpdu is not None
+        assert hit.dpdv is not None
+        by_uv = hit.dpdu[front], hit.dpdv[front]
+        return footprint.uv_change(p.dx, *by_uv), footprint.uv_change(p.dy, *by_uv)
 
-    def _triplanar(self, layer: Layer, levels: list[F64], p: F64, n: F64, at: Place) -> tuple[F64, F64]:
-        """Gradients (K, 3) in the object's frame, and heights (K), of a map laid along its axes, at points p (K, 3)
-        with normals n (K, 3)."""
+    def _triplanar(
+        self, layer: Layer, levels: list[F64], spreads: list[F64], p: Varied, n: F64
+    ) -> tuple[F64, F64, F64]:
+        """Gradients (K, 3) in the object's frame, heights (K) and the gradients' spreads (K, 3, 3), of a map laid along
+        its axes, at points p with normals n (K, 3)."""
         bump = layer.bump
         assert isinstance(bump, Bump)
-        gradient, height = np.zeros_like(p), np.zeros(len(p))
-        shares, changes = bumps.triplanar_shares(n), at.differences(p)
+        gradient, height, around = np.zeros_like(n), np.zeros(len(n)), np.zeros((len(n), 3, 3))
+        shares = bumps.triplanar_shares(n)
         for axis, (right, up) in enumerate(_PLANES):
             # Seen upright from outside, so from the other side the other way round.
             side = np.where(n[:, axis] < 0, -1.0, 1.0)[:, None]
             turned = np.where([axis != 1, axis == 1], side, 1.0)
             right_up = np.stack([turned[:, :1] * right, turned[:, 1:] * up], axis=1)
-            place, *ddxy = (np.einsum("kij,kj->ki", right_up, v) * bump.map_repeat for v in (p, *changes))
+            place, *ddxy = (np.einsum("kij,kj->ki", right_up, v) * bump.map_repeat for v in p)
             value = self._read(layer, levels, place, (ddxy[0], ddxy[1]))
             share = shares[:, axis]
+            moments = self._moments(layer, levels, spreads, place, (ddxy[0], ddxy[1]))
+            around += share[:, None, None] ** 2 * spread.spread_along(right_up[:, 0], right_up[:, 1], moments)
             gradient += share[:, None] * np.einsum("kij,ki->kj", right_up, value[:, :2] * bump.slope_scale)
             height += share * bump.amplitude * value[:, 2]
-        return gradient, height
-
-    @staticmethod
-    def _turned(change: F64, n: F64, linear: F64) -> F64:
-        """Changes (K, 3) of the unit normal in the frame that `linear` leads to, from those of the object's own."""
-        inverse = np.linalg.inv(linear)
-        normal, change = n @ inverse, change @ inverse
-        square = np.einsum("ni,ni->n", normal, normal)[:, None]
-        across = change - normal * np.einsum("ni,ni->n", normal, change)[:, None] / square
-        result: F64 = across / np.sqrt(square)
-        return result
+        return gradient, height, around
 
     def _read(self, layer: Layer, levels: list[F64], place: F64, changes: tuple[F64, F64]) -> F64:
         """(K, 3): slopes of the map, and heights, at places (K, 2) on it that change so from pixel to pixel; (K, 2) of
@@ -139,8 +158,7 @@ class Relief:
             return _heights_alone(gradients.height_bspline(levels[0][..., 0], place))
         level, how = np.zeros(len(place)), layer.filter(self.how)
         if how != "bilinear":
-            size = np.array(levels[0].shape[1::-1]) * self.footprint
-            level = filters.isotropic_level(changes[0] * size, changes[1] * size)
+            level = self._level(levels, changes)
         value = filters.through_levels(
             lambda i, chosen: bilinear(levels[i], place[chosen], layer.ends), level, len(levels), how
         )
@@ -150,6 +168,29 @@ class Relief:
         if layer.ends:
             value[:, :2] *= (place >= 0) & (place <= 1)
         return value
+
+    def _level(self, levels: list[F64], changes: tuple[F64, F64]) -> F64:
+        size = np.array(levels[0].shape[1::-1]) * self.footprint
+        return filters.isotropic_level(changes[0] * size, changes[1] * size)
+
+    def _moments(
+        self, layer: Layer, levels: list[F64], spreads: list[F64], place: F64, changes: tuple[F64, F64]
+    ) -> F64:
+        """(K, 3): second moments of the slopes that `_read` averages, as slope_scale has them."""
+        if not spreads:
+            return np.zeros((len(place), 3))
+        level = self._level(levels, changes)
+        moments = filters.through_levels(
+            lambda i, chosen: bilinear(spreads[i], place[chosen], layer.ends),
+            level - 1,
+            len(spreads),
+            layer.filter(self.how),
+        )
+        if layer.ends:
+            inside = (place >= 0) & (place <= 1)
+            moments = moments * np.stack([inside[:, 0], inside.all(axis=-1), inside[:, 1]], axis=-1)
+        u, v = layer.bump.slope_scale
+        return moments * (u * u, u * v, v * v) * np.clip(level, 0, 1)[:, None]
 
 
 _PLANES = (((0, 0, -1), (0, 1, 0)), ((1, 0, 0), (0, 0, -1)), ((1, 0, 0), (0, 1, 0)))

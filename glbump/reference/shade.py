@@ -8,12 +8,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump import validate as check
-from glbump.camera import Camera, near_far, pixel_rays, projection_matrix, sample_offsets, view_matrix
+from glbump.camera import Camera, near_far, pixel_rays, pixel_steps, projection_matrix, sample_offsets, view_matrix
 from glbump.captures import captured
 from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
@@ -27,14 +28,26 @@ from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
 from glbump.reference import filter as filters
 from glbump.reference import ggx, parallax, reflect
+from glbump.reference import spread as spreads
 from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
 from glbump.reference.lobe import Facets, lobe_factors
-from glbump.reference.relief import Place, Relief
+from glbump.reference.relief import Relief
 from glbump.reference.sun import sun_reflected
 from glbump.reference.suns import suns_apart
+from glbump.reference.varied import (
+    Place,
+    Rays,
+    Varied,
+    kept_above,
+    kept_facing,
+    normal_met,
+    point_met,
+    reflection,
+    refraction,
+)
 from glbump.relief import is_normal_mapped
 from glbump.scene import Scene, Surface, check_size
 
@@ -44,6 +57,9 @@ F32 = npt.NDArray[np.float32]
 
 BACKGROUND, SEVERAL, UNSEEN = -1, -2, -3
 PIECES = 1 << 32
+
+SHOWN = ("normal", "uv", "reflection")
+"""What can be shown in place of light."""
 
 MOST_SAMPLES = 1 << 20
 """A pixel; a picture of 256 x 256 takes days by then."""
@@ -60,6 +76,7 @@ def render(
     quality: str | Quality = "exact",
     contents: Contents | None = None,
     region: tuple[int, int, int, int] | None = None,
+    show: str | None = None,
 ) -> Frame:
     """The picture that `glbump.render` at "exact" converges to: float64, ray-cast, no OpenGL.
 
@@ -69,6 +86,7 @@ def render(
     surfaces capture is drawn with its samples. Other storage (frames, resampled cubes) is not modelled. contents: maps
     already read. region: the part of the picture to make, (left, top, width, height); its corners lie between the
     picture's quads of 2x2 pixels.
+    show: one of SHOWN, in place of light: raw values (glbump.shown) of one sample in the middle of each pixel.
     Errors as glbump.render.
     Returns a Frame of float32 pixels; its stats["surface"] (H, W) says what all samples of a pixel see: PIECES times
     the surface plus the piece of it (a cube has six), BACKGROUND, or SEVERAL of these; its stats["halves"]
@@ -80,6 +98,8 @@ def render(
     check.instance("scene", scene, Scene)
     samples = check.integer("samples", samples, least=1, most=MOST_SAMPLES)
     contents, quality = contents or Contents(), quality_of(quality)
+    if show is not None:
+        check.choice("show", show, SHOWN)
     given = set(scene.environments)
     if captured(scene):
         draw = partial(render, samples=quality.samples, quality=quality, contents=contents)
@@ -87,7 +107,9 @@ def render(
     for environment in scene.environments:
         contents.brightest(environment)
     shader = _Shader(scene, quality, contents, samples, frozenset(scene.environments) - given)
+    shader.show, samples = show, 1 if show is not None else samples
     left, top, across, down = _checked_region(region, (width, height))
+    steps = pixel_steps(scene.camera, (width, height))
     halves = np.zeros((2, down, across, 4))
     counts = [0, 0]
     seen = np.full((down, across), UNSEEN)
@@ -102,7 +124,7 @@ def render(
             band, corner = slice(first, last), offset + (left, top + first)
             origins, dirs = pixel_rays(scene.camera, (width, height), corner, (across, last - first))
             places = [places_of(scene, i, mesh, (width, height), corner) for i, mesh in enumerate(shader.meshes)]
-            light, index = shader.shade(origins, dirs, places)
+            light, index = shader.shade(origins, dirs, places, steps)
             halves[half, band] += light
             seen[band] = np.where((seen[band] == UNSEEN) | (seen[band] == index), index, SEVERAL)
     pixels = _straight(halves.sum(axis=0) / samples)
@@ -115,7 +137,7 @@ def render(
         "halves": _straight(halves / np.reshape(counts, (2, 1, 1, 1)) if samples > 1 else halves[:0]),
         "ms": {"all": 1e3 * (time.perf_counter() - started)},
     }
-    return Frame(pixels, stats)
+    return Frame(pixels, stats, show=show)
 
 
 def _checked_region(region: tuple[int, int, int, int] | None, size: tuple[int, int]) -> tuple[int, int, int, int]:
@@ -190,6 +212,18 @@ def _levels(picture: EnvironmentMap, stored: Fit, wanted: str) -> list[F32]:
     return environment_levels(picture, how)
 
 
+def _above(
+    surface: Surface, look: Varied, n: Varied, change: F64, spread: F64 | None
+) -> tuple[Varied, F64 | None]:
+    """Directions that bent normals with a spread (K, 3, 3) may send under the surface, those mirrored at it; and
+    their own spread. change: (K, 3, 3) of theirs by the normals'."""
+    if spread is None:
+        return (kept_above(look, n) if surface.bumps else look), None
+    carried = spreads.carried_spread(change, spread)
+    folded = spreads.folded_dir(look.at, n.at, carried)
+    return look._replace(at=folded), spreads.folded_spread(look.at, n.at, carried)
+
+
 class _Surroundings:
     """One environment, and its light."""
 
@@ -201,6 +235,7 @@ class _Surroundings:
         self.env_from_world = environment.env_from_world()
         how = quality.environment_filter
         self.has_footprint = how != "bilinear"
+        self.texels_per_radian: float | None = None
         self.look_up_averaged: _LookUp | None = None
         if isinstance(environment, Procedural):
             self.has_footprint = is_averaged(how, samples)
@@ -208,11 +243,23 @@ class _Surroundings:
         else:
             picture, below = contents.environment(environment), getattr(environment, "below", None)
             self.look_up = _picture(picture, self.stored, quality, below)
+            self.texels_per_radian = picture.texels_per_radian
             if quality.gloss == "sampled" and how == "bilinear":
                 averaged = replace(quality, environment_filter="trilinear")
                 self.look_up_averaged = _picture(picture, self.stored, averaged, below)
 
-    def seen_from(self, p_world: F64, dir_env: F64) -> F64:
+    def seen_from(self, p_world: Varied, look: Varied) -> Varied:
+        """seen_at, with its changes across a sample over its size; look: in the environment's frame."""
+        if not isinstance(self.environment, Pictured) or self.environment.bounds is None:
+            return look
+        seen = self.seen_at(p_world.at, look.at)
+        changed = (
+            self.seen_at(p_world.at + dp * self.footprint, look.at + d * self.footprint) - seen
+            for dp, d in zip(p_world[1:], look[1:], strict=True)
+        )
+        return Varied(seen, *(change / self.footprint for change in changed))
+
+    def seen_at(self, p_world: F64, dir_env: F64) -> F64:
         """Unit directions (K, 3), from where the environment was taken, of what is seen from points (K, 3)."""
         if not isinstance(self.environment, Pictured) or self.environment.bounds is None:
             return dir_env
@@ -223,13 +270,24 @@ class _Surroundings:
         centre = self.env_from_world @ np.subtract(room.centre, position)
         return parallax.sphere_parallax(p, dir_env, centre, room.radius)
 
-    def light(self, dir_env: F64, at: Place) -> F64:
-        """Radiance (K, 3) in unit directions."""
-        sides = np.zeros((2, *dir_env.shape))
-        if self.has_footprint:
-            sides[:] = at.differences(dir_env * self.footprint)
-        return self.exposure * self.look_up(dir_env, *sides)
-
+    def light(self, look: Varied, spread: F64 | None = None) -> F64:
+        """Radiance (K, 3) in unit directions, or about them, with a spread (K, 3, 3)."""
+        size = self.footprint if self.has_footprint else 0.0
+        dir_env, *sides = look.at, look.dx * size, look.dy * size
+        if spread is None:
+            return self.exposure * self.look_up(dir_env, *sides)
+        if self.texels_per_radian is None:
+            return self.exposure * self.look_up(dir_env, *spreads.widened_footprint(dir_env, *sides, spread, 12.0))
+        wide = spreads.widened_footprint(dir_env, *sides, spread, 4.0)
+        step, *tap = spreads.spread_taps(*wide)
+        longest = np.linalg.norm(wide[0], axis=-1, keepdims=True)
+        is_long = longest * self.texels_per_radian > 1
+        thin = (np.linalg.norm(step, axis=-1, keepdims=True) > 0.2 * longest) & is_long
+        light = np.zeros_like(dir_env)
+        for i in range(spreads.SPREAD_TAPS):
+            moved = dir_env + (i - (spreads.SPREAD_TAPS - 1) / 2) * step
+            light += self.look_up(moved / np.linalg.norm(moved, axis=-1, keepdims=True), *tap) / spreads.SPREAD_TAPS
+        return self.exposure * np.where(thin, light, self.look_up(dir_env, *wide))
 
     def averaged(self, dir_env: F64, angle: F64) -> F64:
         """Radiance (K, 3) in unit directions, each the mean over a solid angle (K,)."""
@@ -242,6 +300,7 @@ class _Shader:
     """One scene's maps, and the light along rays. shift: the sample's place within the pixel, 0..1, y up."""
 
     shift: tuple[float, float] = (0.5, 0.5)
+    show: str | None = None
 
     def __init__(
         self, scene: Scene, quality: Quality, contents: Contents, samples: int, drawn: frozenset[Environment]
@@ -259,8 +318,9 @@ class _Shader:
         self.surroundings = {e: _Surroundings(e, quality, contents, samples) for e in scene.environments}
         self.suns = {e: suns_apart(scene, e, quality, contents, drawn=e in drawn)[0] for e in scene.environments}
 
-    def shade(self, origins: F64, dirs: F64, places: list[F64]) -> tuple[F64, Index]:
-        """(H, W, 4) colour times coverage, and coverage, of a band of rays (H, W, 3); (H, W) surface seen."""
+    def shade(self, origins: F64, dirs: F64, places: list[F64], steps: F64) -> tuple[F64, Index]:
+        """(H, W, 4) colour times coverage, and coverage, of a band of rays (H, W, 3); (H, W) surface seen. steps: the
+        camera's pixel_steps."""
         height, width = dirs.shape[:2]
         origins, dirs = origins.reshape(-1, 3), dirs.reshape(-1, 3)
         out = np.zeros((len(dirs), 4))
@@ -278,43 +338,58 @@ class _Shader:
             if not front.size:
                 continue
             at = Place(hit.ray[front], (height, width))
-            out[at.ray, :3] = self._surface(index, hit, front, origins[at.ray], dirs[at.ray], at)
-            out[at.ray, 3] = 1.0
+            rays = Rays(dirs[at.ray], hit.t[front], steps)
+            out[at.ray, :3] = self._surface(index, hit, front, origins[at.ray], rays, at)
+            out[at.ray, 3] = float(self.show != "uv" or hit.uv is not None)
             seen[at.ray] = PIECES * index + hit.piece[front]
         empty = np.isinf(nearest)
         if self.scene.environment.background and empty.any():
             # Shown in front of surfaces too, as far as quads go: a pixel's neighbours look past them.
             at = Place(np.arange(len(dirs)), (height, width))
             behind = self.surroundings[self.scene.environment]
-            look = dirs @ behind.env_from_world.T
+            look = at.varied(dirs @ behind.env_from_world.T)
             if self.scene.camera.projection == "perspective":
                 # An orthographic eye is as far off as its background.
-                look = behind.seen_from(origins, look)
-            out[empty, :3] = behind.light(look, at)[empty]
-            out[empty, 3] = 1.0
+                look = behind.seen_from(at.varied(origins), look)
+            if self.show == "reflection":
+                out[empty, :3] = dirs[empty]
+            elif self.show is None:
+                out[empty, :3] = behind.light(look)[empty]
+            out[empty, 3] = float(self.show in (None, "reflection"))
         return out.reshape(height, width, 4), seen.reshape(height, width)
 
-    def _surface(self, index: int, hit: Hits, front: Index, origins: F64, dirs: F64, at: Place) -> F64:
-        """Light (K, 3) from the hits `front` of surface `index` along dirs (K, 3)."""
+    def _surface(self, index: int, hit: Hits, front: Index, origins: F64, rays: Rays, at: Place) -> F64:
+        """Light (K, 3) from the hits `front` of surface `index` along rays."""
         surface = self.scene.surfaces[index]
         env_from_world = self.scene.environment_of(surface).env_from_world()
-        linear = env_from_world @ surface.transform.matrix()[:3, :3]
+        world_from_object = surface.transform.matrix()[:3, :3]
+        linear = env_from_world @ world_from_object
         normal = hit.n[front] @ np.linalg.inv(linear)
         n_env = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        dir_env = dirs @ env_from_world.T
-        p_world = origins + hit.t[front, None] * dirs
-        behind = np.einsum("ni,ni->n", n_env, dir_env) > 0
-        geometry = np.where(behind[:, None], -n_env, n_env)
-        relief = self.reliefs[index]
+        look = rays.directions(env_from_world)
+        p_object = point_met(surface.shape, hit, front, rays, world_from_object, at)
+        p_world = Varied(origins + rays.t[:, None] * rays.dirs, *(dp @ world_from_object.T for dp in p_object[1:]))
+        behind = np.einsum("ni,ni->n", n_env, look.at) > 0
+        side = np.where(behind[:, None], -1.0, 1.0)
+        n = normal_met(surface.shape, hit.n[front], p_object, n_env, linear, at)
+        geometry = n.times(side)
+        relief, spread = self.reliefs[index], np.zeros((len(front), 3, 3))
         if relief.layers:
             if hit.uv is None and not all(layer.is_triplanar for layer in relief.layers):
                 raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
-            n_env = relief.bent(hit, front, n_env, linear, at)
-        n_env = np.where(behind[:, None], -n_env, n_env)
+            n, spread = relief.bent(hit, front, p_object, n, linear, at)
+        n = n.times(side)
         if relief.layers:
-            n_env = reflect.facing(n_env, dir_env)
+            n = kept_facing(n, look)
+        if self.show == "normal":
+            return n.at @ env_from_world
+        if self.show == "uv":
+            uv = np.zeros((len(front), 2)) if hit.uv is None else hit.uv[front]
+            return np.pad(uv, ((0, 0), (0, 1)))
         eta = np.where(behind, surface.material.ior, 1 / surface.material.ior)
-        return self._light(surface, p_world, dir_env, n_env, geometry, eta, at)
+        around = self.surroundings[self.scene.environment_of(surface)]
+        seen_apart = not relief.has_spread or (surface.material.roughness == 0 and not around.has_footprint)
+        return self._light(surface, p_world, look, n, geometry, eta, None if seen_apart else spread)
 
     def _irradiance_over_pi(self, environment: Environment, n_env: F64) -> F64:
         """Of normals (K, 3), before exposure: the truth in the place of a map."""
@@ -328,30 +403,48 @@ class _Shader:
         return result
 
     def _light(
-        self, surface: Surface, p_world: F64, dir_env: F64, n_env: F64, geometry: F64, eta: F64, at: Place
+        self,
+        surface: Surface,
+        p_world: Varied,
+        dir: Varied,
+        n: Varied,
+        geometry: Varied,
+        eta: F64,
+        spread: F64 | None,
     ) -> F64:
         """What surface.frag's light() computes, for any material. eta: (K,) index of refraction on the eye's side over
-        that on the other."""
+        that on the other; spread: (K, 3, 3) of n_env, in slopes, None where no bumps are averaged."""
         material, environment = surface.material, self.scene.environment_of(surface)
         around = self.surroundings[environment]
-        color, metallic, roughness = np.array(material.base_color), material.metallic, material.roughness
-        look = n_env if environment.lookup == "normal" else reflect.reflect_dir(dir_env, n_env)
-        if surface.bumps and environment.lookup == "reflection":
-            look = reflect.above_surface(look, geometry)
+        color, metallic = np.array(material.base_color), material.metallic
+        dir_env, n_env = dir.at, n.at
+        roughness: Any = material.roughness
+        is_glossy, around_normal = roughness > 0, None
+        if spread is not None and is_glossy:
+            roughness = spreads.spread_roughness(roughness, spread)
+        elif spread is not None:
+            around_normal = spreads.unit_spread(spread)
+        look, look_spread = n, around_normal
+        if environment.lookup == "reflection":
+            look = reflection(dir, n)
+            change = spreads.reflect_matrix(dir_env, n_env)
+            look, look_spread = _above(surface, look, geometry, change, around_normal)
+        if self.show == "reflection":
+            return look.at @ around.env_from_world
         n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
         dielectric = np.full(3, reflect.f0_from_ior(material.ior))
         suns = self.suns[environment]
         factors = lobe_factors(n_dot_v, roughness, self.quality.dfg)
 
         def share(f0: F64) -> F64:
-            if roughness > 0:
+            if is_glossy:
                 return ggx.glossy_share(f0, factors)
             return reflect.fresnel_schlick(f0, n_dot_v)
 
-        def looked_at(dirs: F64) -> F64:
-            dirs = around.seen_from(p_world, dirs)
-            if roughness == 0:
-                return around.light(dirs, at)
+        def looked_at(look: Varied, spread: F64 | None) -> F64:
+            if not is_glossy:
+                return around.light(around.seen_from(p_world, look), spread)
+            dirs = around.seen_at(p_world.at, look.at)
             size, count = self.quality.gloss_size, self.quality.gloss_samples
             levels = self.contents.gloss(environment, size, count, apart=bool(suns))
             chain = [around.stored.as_read(level) for level in levels]
@@ -361,30 +454,32 @@ class _Shader:
         kept = 1 - share(dielectric)
         if is_transmissive := metallic < 1 and material.transmission > 0:
             reflected = reflect.fresnel_dielectric(n_dot_v, eta)[:, None]
-            if roughness == 0:
+            if not is_glossy:
                 specular = (1 - metallic) * reflected + metallic * reflect.fresnel_schlick(color, n_dot_v)
                 kept = 1 - reflected
             else:
                 # From the critical angle on all is reflected, which a fit of smooth curves does not know.
                 every = np.where(reflected >= 1, 1 - metallic, 0.0)
                 specular, kept = specular + every * (1 - specular), kept * (1 - every)
-        bent = reflect.refract_dir(dir_env, n_env, eta)
-        if surface.bumps:
-            bent = reflect.above_surface(bent, -geometry)
-        if roughness > 0 and self.quality.gloss == "sampled":
+        change = spreads.refract_matrix(dir_env, n_env, eta)
+        bent = refraction(dir, n, eta)
+        bent, bent_spread = _above(surface, bent, geometry.times(-1.0), change, around_normal)
+        if is_glossy and self.quality.gloss == "sampled":
 
             def averaged(dirs: F64, angle: F64, side: F64) -> F64:
                 return around.averaged(
-                    around.seen_from(p_world, reflect.above_surface(dirs, side) if surface.bumps else dirs), angle
+                    around.seen_at(p_world.at, reflect.above_surface(dirs, side) if surface.bumps else dirs), angle
                 )
 
             f0 = (1 - metallic) * dielectric + metallic * color
-            lobe = Facets(-dir_env, n_env, roughness, self.quality.lobe_samples, self.shift, self.lobe_total)
-            seen = replace(lobe, v=n_env) if environment.lookup == "normal" else lobe
-            result = specular * seen.light(lambda d, angle: averaged(d, angle, geometry), look, f0)
+            facets = Facets(-dir_env, n_env, roughness, self.quality.lobe_samples, self.shift, self.lobe_total)
+            seen = replace(facets, v=n_env) if environment.lookup == "normal" else facets
+            result = specular * seen.light(lambda d, angle: averaged(d, angle, geometry.at), look.at, f0)
         else:
-            result = specular * looked_at(ggx.lobe_dir(n_env, look, roughness) if roughness > 0 else look)
-            if roughness > 0:
+            if is_glossy:
+                look = look._replace(at=ggx.lobe_dir(n_env, look.at, roughness))
+            result = specular * looked_at(look, look_spread)
+            if is_glossy:
                 f0 = (1 - metallic) * dielectric + metallic * color
                 scattered = specular / np.maximum(f0 * factors[:, :1] + factors[:, 1:], 1e-6)
                 for sun in suns:
@@ -394,9 +489,9 @@ class _Shader:
             irradiance = around.exposure * self._irradiance_over_pi(environment, n_env)
             result = result + kept * (1 - metallic) * (1 - material.transmission) * color * irradiance
         if is_transmissive:
-            if roughness > 0 and self.quality.gloss == "sampled":
-                through = lobe.light_through(lambda d, angle: averaged(d, angle, -geometry), bent, eta)
+            if is_glossy and self.quality.gloss == "sampled":
+                through = facets.light_through(lambda d, angle: averaged(d, angle, -geometry.at), bent.at, eta)
             else:
-                through = looked_at(bent)
+                through = looked_at(bent, bent_spread)
             result = result + kept * (1 - metallic) * material.transmission * color * through
         return result

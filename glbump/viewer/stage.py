@@ -11,7 +11,8 @@ import glfw
 
 from glbump.contents import Contents
 from glbump.gl.context import Context, open_window
-from glbump.gl.renderer import Drawn, Renderer
+from glbump.gl.prepared import Drawn
+from glbump.gl.renderer import Renderer
 from glbump.gl.screen import Box, Screen
 from glbump.quality import Quality
 from glbump.scene import Scene

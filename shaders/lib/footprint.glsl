@@ -62,18 +62,3 @@ vec3 refract_dir_change(vec3 dir, vec3 n, float eta, vec3 ddir, vec3 dn) {
     float dmu = (along > 0.0 ? eta * along / behind - 1.0 : -eta * along / behind - 1.0) * eta * change;
     return eta * ddir + mu * dn + dmu * n;
 }
-
-// The axes of the footprint with the sides ddx and ddy, the longer one first: at right angles, as long as the ellipse
-// that such a parallelogram stands for, whose moments are the same. Nothing is wider than long.
-void footprint_axes(vec3 ddx, vec3 ddy, out vec3 major, out vec3 minor) {
-    float x = dot(ddx, ddx);
-    float y = dot(ddy, ddy);
-    vec2 uneven = vec2(x - y, 2.0 * dot(ddx, ddy)) / max(x + y, 1e-36);
-    uneven /= max(length(uneven), 1e-15);
-    // The sine and the cosine of half the angle: the larger by a root, in which the smaller would cancel.
-    float larger = sqrt(0.5 + 0.5 * abs(uneven.x));
-    float smaller = 0.5 * uneven.y / larger;
-    vec2 turn = uneven.x < 0.0 ? vec2(abs(smaller), uneven.y < 0.0 ? -larger : larger) : vec2(larger, smaller);
-    major = turn.x * ddx + turn.y * ddy;
-    minor = turn.x * ddy - turn.y * ddx;
-}

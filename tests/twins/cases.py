@@ -716,13 +716,13 @@ def _axes_rows() -> Rows:
 
 def _axes_differ(x: Any, y: Any) -> Any:
     """Where there is a longer one: about a circle any axes will do."""
-    long, short = (length(a) for a in footprint.footprint_axes(x, y))
+    long, short = (length(a) for a in filters.footprint_axes(x, y))
     return short < 0.9 * long
 
 
 def _axes_bound(x: Any, y: Any, want: Any) -> F64:
     """Sines and cosines of half an angle that is off by some roundings, over how uneven the sides are."""
-    long, short = (length(a) for a in footprint.footprint_axes(x, y))
+    long, short = (length(a) for a in filters.footprint_axes(x, y))
     return 32 * EPS * long / (1 - (short / long) ** 2)
 
 
@@ -1301,7 +1301,7 @@ CASES: dict[str, Case] = {
         abs=_refract_change_bound,
         where=lambda d, n, eta, ddir, dn: np.abs(_sine_behind(d, n, eta) - 1) > 8 * EPS * eta,
     ),
-    "footprint.footprint_axes": Case(
+    "filter.footprint_axes": Case(
         _axes_rows,
         "an angle from squared lengths, its sine and its cosine: of the longer side, which may hide the shorter",
         abs=_axes_bound,
