@@ -21,7 +21,7 @@ from glbump.shapes import Vec3
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Camera(check.Frozen):
     """Where the picture is taken from. fov: vertical, degrees. near, far: derived from the scene when None.
 

@@ -21,7 +21,7 @@ MOST_RADIANCE = 65504.0
 """Of a colour that an environment is made of: what a half float holds."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class BoxBounds(check.Frozen):
     """The walls of a room, as a box along the world's axes: its lowest and its highest corner."""
 
@@ -43,7 +43,7 @@ class BoxBounds(check.Frozen):
         return min(*(p - a for a, p in zip(self.low, point)), *(b - p for p, b in zip(point, self.high)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class SphereBounds(check.Frozen):
     """The walls of a round place: a sphere in the world."""
 
@@ -65,7 +65,7 @@ class SphereBounds(check.Frozen):
 Bounds = BoxBounds | SphereBounds
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Environment(check.Frozen):
     """What all environments share.
 
@@ -98,7 +98,7 @@ class Environment(check.Frozen):
 # ------------------------------------------------------------ pictures
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Pictured(Environment):
     """An environment of texels. position: where in the world it was taken. bounds: the walls that it shows, about
     `position`; given, reflections in them are right for objects inside, wherever they stand (parallax correction);
@@ -144,7 +144,7 @@ class Pictured(Environment):
             self._store(image=checked_image("environment.image", image))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class LatLong(Pictured):
     """A latitude-longitude picture, 2:1; its centre is -Z, seen from inside."""
 
@@ -156,7 +156,7 @@ class LatLong(Pictured):
         self._check_common()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class CubeMap(Pictured):
     """Six faces in the order +X -X +Y -Y +Z -Z.
 
@@ -180,7 +180,7 @@ class CubeMap(Pictured):
 MIRRORED = "mirrored"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class _UpperHalf(Pictured):
     """An environment that shows the upper half of the world. below: linear rgb of all that lies below the horizon, or
     "mirrored": what lies above it, mirrored."""
@@ -195,7 +195,7 @@ class _UpperHalf(Pictured):
         self._store(below=check.vector("environment.below", self.below, 3, least=0, most=MOST_RADIANCE))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class HemiCube(_UpperHalf):
     """The upper half of a cube map, in half its memory: the top and the upper halves of four sides.
 
@@ -217,7 +217,7 @@ class HemiCube(_UpperHalf):
 HEMISPHERES = ("equal-area", "equidistant", "orthographic", "dual-paraboloid")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hemisphere(_UpperHalf):
     """A disc that shows the sky as one sees it looking up, with -Z at the top of the picture, so +X on the left.
 
@@ -240,7 +240,7 @@ class Hemisphere(_UpperHalf):
         return self.projection
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Octahedral(Pictured):
     """The sphere as an octahedron unfolded to a square about +Y; s along +X, t (down) along +Z."""
 
@@ -255,7 +255,7 @@ class Octahedral(Pictured):
 PROBES = ("angular", "mirror-ball")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class LightProbe(Pictured):
     """The whole sphere as one disc, +Y at the top of the picture.
 
@@ -277,7 +277,7 @@ class LightProbe(Pictured):
         return self.projection
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Captured(Pictured):
     """What is seen from `position`: the scene itself, without the surfaces that have this environment, drawn onto a
     cube's faces. Belongs to a surface (`Surface.environment`), not to a scene.
@@ -332,7 +332,7 @@ class Procedural(Environment):
             self._store(**{name: colour})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sky(Procedural):
     """The lecture's simple environment: up is one colour, down another, and a soft horizon between.
 
@@ -354,7 +354,7 @@ class Sky(Procedural):
         return super().arguments() | {"softness": float(np.sin(np.radians(self.softness)))}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Chrome(Procedural):
     """The lecture's medium environment: sinusoids between grey and silver.
 
@@ -377,7 +377,7 @@ class Chrome(Procedural):
         self._check_common()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fractal(Procedural):
     """The lecture's complex environment: a fractal landscape in sunlight, which the reflected ray is intersected with.
 

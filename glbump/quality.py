@@ -144,7 +144,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 _FROM_PRESET: Any = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Quality(check.Frozen):
     """Every knob of the trade between speed and accuracy; what is None takes the preset's value.
 

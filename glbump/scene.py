@@ -18,7 +18,7 @@ from glbump.image import Image, checked_image
 from glbump.shapes import SHAPES, Shape, Transform, Vec2, Vec3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Material(check.Frozen):
     """Metallic-roughness, as in glTF. base_color: linear rgb, 0..1. ior: of the dielectric part.
 
@@ -53,7 +53,7 @@ def _repeat(what: str, value: Any) -> Vec2:
     return (x, y)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Bump(check.Frozen):
     """Bumps from a picture of heights.
 
@@ -112,7 +112,7 @@ class Bump(check.Frozen):
         return self.amplitude * self.map_repeat[0], self.amplitude * self.map_repeat[1]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class NormalMap(check.Frozen):
     """Bumps from a tangent-space normal map: linear, +Y as in OpenGL and glTF unless `flip_y`.
 
@@ -146,7 +146,7 @@ class NormalMap(check.Frozen):
 MOST_BUMPS = 4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Surface(check.Frozen):
     """A shape with its material, its bumps and its place in the world.
 
@@ -184,7 +184,7 @@ class Surface(check.Frozen):
         return tuple(layer for layer, s in zip(layers, strength) if s)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene(check.Frozen):
     """Surfaces in an environment, the lecture's simple Sky unless given, and the camera that sees them."""
 

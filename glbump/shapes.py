@@ -18,7 +18,7 @@ Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Quad(check.Frozen):
     """A flat convex quadrilateral; u,v by inverse bilinear interpolation of its corners.
 
@@ -54,7 +54,7 @@ class Quad(check.Frozen):
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plane(check.Frozen):
     """A rectangle of `size` (x, z) about the origin, facing +Y; u along +X, v along -Z."""
 
@@ -65,7 +65,7 @@ class Plane(check.Frozen):
         self._store(size=check.vector("plane.size", self.size, 2, least=check.SHORTEST, most=check.LONGEST))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Cube(check.Frozen):
     """A box of `size` (x, y, z) about the origin; every face has uv 0..1, seen upright from outside."""
 
@@ -76,7 +76,7 @@ class Cube(check.Frozen):
         self._store(size=check.vector("cube.size", self.size, 3, least=check.SHORTEST, most=check.LONGEST))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sphere(check.Frozen):
     """A sphere of `radius` about the origin with latitude-longitude uv; u = 1/2 faces +Z."""
 
@@ -87,7 +87,7 @@ class Sphere(check.Frozen):
         self._store(radius=check.length("sphere.radius", self.radius))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Torus(check.Frozen):
     """A ring of `radius` around +Y with a `tube` of its own radius; v = 1/2 on the outer equator, rising."""
 
@@ -105,7 +105,7 @@ class Torus(check.Frozen):
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class MeshFile(check.Frozen):
     """A mesh from an OBJ, PLY, STL or GLB file."""
 
@@ -137,6 +137,8 @@ class MeshData(check.Frozen):
     triangles: npt.ArrayLike
     normals: npt.ArrayLike | None = None
     uv: npt.ArrayLike | None = None
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
 
     def __post_init__(self) -> None:
         positions = _rows("mesh_data.positions", self.positions, 3)
@@ -201,7 +203,7 @@ STRETCH = 1e6
 """Most that a transform may stretch one axis over another."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Transform(check.Frozen):
     """Where a shape stands in the world: first scaled, then rotated, then moved.
 
