@@ -26,6 +26,7 @@ SECTIONS = (
     "layouts",
     "pyramids",
     "diffuse",
+    "gloss",
     "conversion",
     "promise",
 )

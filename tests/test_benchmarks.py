@@ -17,6 +17,7 @@ from benchmarks import (
     diffuse,
     first_picture,
     frame_cost,
+    gloss,
     kernels,
     layouts,
     normal_formats,
