@@ -14,7 +14,6 @@ from glbump.gl.context import Context
 from glbump.gl.levels import cube_texture, texture_2d
 from glbump.gl.program import build_program
 from glbump.gl.source import resolve
-from glbump.maps.gloss import area_faces, area_reads, chain_lobes, without_bright
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap
 from glbump.maps.levels import environment_levels
 from glbump.maps.pyramid import chain
@@ -49,6 +48,8 @@ def gloss_chain(context: Context, environment: EnvironmentMap, size: int, sample
 
     Measured against quadrature: docs/gloss.md.
     """
+    from glbump.maps.gloss import area_faces, area_reads, chain_lobes, without_bright  # a cube alone needs none of it
+
     if environment.layout is LATLONG:
         source, across = area_reads(environment, size)
         faces = np.ascontiguousarray(_faces_of(context, source, size, across, "f4")[..., :3])

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from glbump.contents import Contents
 from glbump.environment import Chrome, Environment, Fractal, Sky
 from glbump.maps.encodings import HALF_DIM, HALF_MAX
-from glbump.maps.gloss import SMALLEST_FACES
 from glbump.maps.layout import (
     CUBE,
     EQUAL_AREA,
@@ -81,6 +80,8 @@ class ChainPlan(NamedTuple):
     @property
     def last_level(self) -> int:
         """Of roughness 1; the first level is the environment itself."""
+        from glbump.maps.gloss import SMALLEST_FACES  # most scenes have no chain
+
         return (self.size // SMALLEST_FACES).bit_length() - 1
 
 
