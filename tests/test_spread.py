@@ -1,0 +1,369 @@
+"""Bumps too fine to be seen one by one: what levels keep of them, and what mirrors and rough surfaces make of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from glbump import reference
+from glbump.camera import Camera
+from glbump.contents import Contents
+from glbump.environment import CubeMap, Sky
+from glbump.gl.renderer import Renderer
+from glbump.glsltest import inputs
+from glbump.maps import patterns
+from glbump.maps.cube import texel_directions
+from glbump.maps.heights import slopes
+from glbump.maps.moments import lean_levels, toksvig_levels
+from glbump.plan import make_plan
+from glbump.quality import Quality
+from glbump.reference import spread
+from glbump.reference.bump import bump_normal
+from glbump.reference.computed import radiance
+from glbump.reference.reflect import reflect_dir, refract_dir
+from glbump.scene import Bump, Material, NormalMap, Scene, Surface
+from glbump.shapes import Cube, Plane, Quad, Shape, Sphere, Torus, Transform
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+CHROME = Material(metallic=1, roughness=0)
+SPREADS = ("toksvig", "lean")
+
+
+@pytest.fixture(scope="module")
+def waves() -> F32:
+    return patterns.waves((64, 64))
+
+
+# ---- what levels leave out
+
+
+def test_the_last_level_has_the_moments_of_all_slopes(waves: F32) -> None:
+    s = slopes(waves, "central", "wrap").reshape(-1, 2).astype(float)
+    uu, uv, vv = lean_levels(slopes(waves, "central", "wrap"), 3.0)[-1].ravel()
+    # float32 slopes, and moments rounded once.
+    assert np.array([[uu, uv], [uv, vv]]) * 9 == pytest.approx(np.cov(s.T, bias=True), rel=1e-5, abs=1e-5 * s.var())
+
+
+def test_one_variance_is_the_mean_of_both_or_toksvigs() -> None:
+    tilt = 0.3
+    two = np.zeros((2, 2, 2), np.float32)
+    two[:, 0, 0], two[:, 1, 0] = tilt, -tilt
+    gentle = toksvig_levels(two, 1.0, are_lengths=False)[-1].item()
+    assert gentle == pytest.approx(tilt**2 / 2, rel=1e-6)
+    # Normals 2 atan(tilt) apart: their mean is the cosine of half of that long.
+    length = 1 / np.hypot(1, tilt)
+    steep = toksvig_levels(two, 1.0, are_lengths=True)[-1].item()
+    assert steep == pytest.approx((1 - length) / length, rel=1e-6)
+    assert steep < gentle
+
+
+def test_a_map_of_one_texel_has_no_spread() -> None:
+    one = np.ones((1, 1, 2), np.float32)
+    assert [level.shape for level in lean_levels(one, 1.0)] == [(1, 1, 3)]
+    assert toksvig_levels(one, 1.0, are_lengths=True)[0].item() == 0
+
+
+# ---- how directions spread
+
+STEP = 1e-6
+STEPPED = 1e-8  # central differences: their square, times third derivatives, and 1e-16 over them
+
+
+def _across(n: F64, v: F64) -> F64:
+    result: F64 = v - n * np.einsum("ki,ki->k", n, v)[:, None]
+    return result
+
+
+@pytest.mark.parametrize(
+    ("matrix", "function", "most"),
+    [
+        (spread.reflect_matrix, reflect_dir, STEPPED),
+        # Third derivatives grow next to the critical angle, which is kept 0.1 away.
+        (lambda d, n: spread.refract_matrix(d, n, 1 / 1.5), lambda d, n: refract_dir(d, n, np.array(1 / 1.5)), STEPPED),
+    ],
+    ids=["reflection", "refraction"],
+)
+def test_matrices_are_derivatives(matrix: Callable[..., F64], function: Callable[..., F64], most: float) -> None:
+    d, n = (inputs.unit_vectors(1000, seed).astype(float) for seed in (1, 2))
+    d, n = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (d, n))
+    keep = np.abs(np.einsum("ki,ki->k", d, n)) > 0.1
+    d, n = d[keep], n[keep]
+    dn = _across(n, inputs.unit_vectors(len(n), 3).astype(float))
+
+    def moved(by: float) -> F64:
+        bent = n + by * dn
+        return function(d, bent / np.linalg.norm(bent, axis=-1, keepdims=True))
+
+    want = (moved(STEP) - moved(-STEP)) / (2 * STEP)
+    assert np.abs(np.einsum("kij,kj->ki", matrix(d, n), dn) - want).max() < most
+
+
+def test_the_spread_of_normals_is_that_of_their_differences() -> None:
+    n = inputs.unit_vectors(500, 1).astype(float)
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    gradient = 2 * _across(n, inputs.unit_vectors(500, 2).astype(float))
+    a, b = (_across(n, inputs.unit_vectors(500, seed).astype(float)) for seed in (3, 4))
+    got = spread.normal_spread(n, gradient, spread.spread_along(a, b, np.array([1.0, 0.25, 0.5])))
+    da, db = ((bump_normal(n, gradient + STEP * v) - bump_normal(n, gradient - STEP * v)) / (2 * STEP) for v in (a, b))
+    want = spread.spread_along(da, db, np.array([1.0, 0.25, 0.5]))
+    assert np.abs(got - want).max() < 100 * STEPPED
+
+
+def test_what_is_folded_is_what_falls_on_both_sides() -> None:
+    chance = np.random.default_rng(1).normal(size=400_000)
+    for y in (0.0, 0.3, 1.0, 2.5):
+        # Of as many draws the mean is off by 1 / sqrt(400000), five times at most.
+        assert spread.folded_mean(np.array(y)) == pytest.approx(np.abs(chance + y).mean(), abs=8e-3)
+    up, low = np.array([[0.0, 1.0, 0.0]]), np.array([[np.cos(0.1), np.sin(0.1), 0.0]])
+    around = 0.04 * (np.eye(3) - low[:, :, None] * low[:, None, :])
+    height = low[0, 1] + np.sqrt(around[0, 1, 1]) * chance
+    assert spread.folded_dir(low, up, around)[0, 1] == pytest.approx(np.abs(height).mean(), rel=0.03)
+    assert spread.folded_spread(low, up, around)[0, 1, 1] == pytest.approx(np.abs(height).var(), rel=0.03)
+
+
+def test_a_widened_footprint_holds_both() -> None:
+    d = inputs.unit_vectors(500, 1).astype(float)
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    x, y, a = (_across(d, 0.1 * inputs.unit_vectors(500, seed).astype(float)) for seed in (2, 3, 4))
+    around = a[:, :, None] * a[:, None, :]
+    wide = spread.widened_footprint(d, x, y, around, 4.0)
+    total = sum(w[:, :, None] * w[:, None, :] for w in wide)
+    want = x[:, :, None] * x[:, None, :] + y[:, :, None] * y[:, None, :] + 4 * around
+    assert np.abs(total - want).max() < 1e-14
+    assert np.abs(np.einsum("ki,ki->k", *wide)).max() < 1e-14
+    step, tap_x, _ = spread.spread_taps(*wide)
+    places = np.arange(spread.SPREAD_TAPS) - (spread.SPREAD_TAPS - 1) / 2
+    along = (tap_x**2).sum(axis=-1) / 4 + (step**2).sum(axis=-1) * places.var()
+    assert along == pytest.approx((wide[0] ** 2).sum(axis=-1) / 4, rel=1e-12)
+
+
+# ---- a mirror of which no bump is seen
+
+FACING = Quad(corners=((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))
+AHEAD = Camera(eye=(0, 0, 4), target=(0, 0, 0), projection="orthographic", height=1)
+TILED = 256
+"""Repeats along FACING: each of four pixels sees 32 of them."""
+AMPLITUDE = 1.2e-4
+"""Of the waves: their slopes are 0.064 and 0.042 rms along u and v."""
+Light = Callable[[F64], F64]
+
+
+def _tiled(heights: F32, amplitude: float) -> Bump:
+    return Bump(heights, amplitude=amplitude, repeat=(TILED, TILED))
+
+
+def _slopes(heights: F32, amplitude: float) -> F64:
+    """(N, 2): of all texels, on FACING."""
+    return slopes(heights, "central", "wrap").reshape(-1, 2).astype(float) * amplitude * TILED / 2
+
+
+def _mirrored(heights: F32, amplitude: float, dir: F64, light: Light) -> float:
+    """The mean of what all texels of a map on FACING mirror along the unit `dir`."""
+    s = _slopes(heights, amplitude)
+    n = np.concatenate([-s, np.ones_like(s[:, :1])], axis=-1)
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    return float(light(reflect_dir(dir, n)).mean())
+
+
+def _draw(renderer: Renderer, who: str, scene: Scene, how: str) -> float:
+    quality = Quality("balanced", samples=1, bump_spread=how)
+    if who == "GPU":
+        return float(renderer.render(scene, (4, 4), quality).pixels[..., 0].mean())
+    return float(reference.render(scene, (4, 4), 1, quality=quality).pixels[..., 0].mean())
+
+
+def _lobe(middle: F64, narrow: float) -> CubeMap:
+    """Light that falls off from the unit `middle` as exp(narrow (cos - 1)), smooth where it is looked at."""
+    light = np.exp(narrow * (texel_directions(64) @ middle - 1)).astype(np.float32)
+    return CubeMap(np.repeat(light[..., None], 3, axis=-1), background=False)
+
+
+def _lost(renderer: Renderer, who: str, how: str, heights: F32, amplitude: float = AMPLITUDE) -> float:
+    """The light at a lobe's top that the spread takes away, over what bumps of AMPLITUDE take: the mean of eight places
+    of the environment, as a level's texel is averaged over more at its corners than in its middle."""
+    shares = []
+    for aside in np.random.default_rng(0).uniform(-0.3, 0.3, (8, 2)):
+        middle = np.array([*aside, 1.0]) / np.linalg.norm([*aside, 1.0])
+        towards = middle * (1, 1, -1)
+        want = _mirrored(heights, AMPLITUDE, towards, lambda d, top=middle: np.exp(4 * (d @ top - 1)))  # type: ignore[misc]
+        camera = replace(AHEAD, eye=tuple(-4 * towards))
+        surface = Surface(FACING, CHROME, _tiled(heights, amplitude))
+        scene = Scene([surface], _lobe(middle, 4.0), camera)
+        plain = _draw(renderer, who, scene, "none")
+        assert plain - want > 0.03
+        shares.append((plain - _draw(renderer, who, scene, how)) / (plain - want))
+    return float(np.mean(shares))
+
+
+@pytest.mark.parametrize("who", ["GPU", "reference"])
+def test_a_mirror_blurs_by_exactly_the_variance_of_its_bumps(renderer: Renderer, waves: F32, who: str) -> None:
+    """The loss of light at the lobe's top is its curvature times the variance, to the first order."""
+    # Between two levels the variance is up to a quarter more than a texel's says; that of one tap goes up and down by
+    # half with its place, which eight places halve and four taps each nearly even out.
+    assert _lost(renderer, who, "lean", waves) == pytest.approx(1, abs=0.05)
+    assert _lost(renderer, who, "toksvig", waves) == pytest.approx(1, abs=0.15)
+
+
+@pytest.mark.parametrize("wrong", [0.5, 2.0])
+@pytest.mark.parametrize("how", SPREADS)
+def test_half_or_twice_the_variance_is_told_apart(renderer: Renderer, waves: F32, how: str, wrong: float) -> None:
+    lost = _lost(renderer, "GPU", how, waves, AMPLITUDE * wrong**0.5)
+    assert lost == pytest.approx(wrong, rel=0.2)
+    assert lost != pytest.approx(1, abs=0.15)
+
+
+@pytest.mark.parametrize("who", ["GPU", "reference"])
+def test_what_is_computed_is_averaged_over_it(renderer: Renderer, waves: F32, who: str) -> None:
+    """The lecture's sky, just below its horizon, where bumps see some of what is above."""
+    sky = Sky(up=(1, 1, 1), down=(0, 0, 0), softness=0.05, background=False)
+    camera = replace(AHEAD, eye=(0, 0.5, 4))
+    towards = np.array([0, -0.5, -4]) / np.hypot(0.5, 4)
+    scene = Scene([Surface(FACING, CHROME, _tiled(waves, 2 * AMPLITUDE))], sky, camera)
+    want = _mirrored(waves, 2 * AMPLITUDE, towards, lambda d: radiance(sky, d)[:, 0])
+    plain, ours = (_draw(renderer, who, scene, how) for how in ("none", "lean"))
+    # An interval in place of a bell curve of the same variance, at what is all but a step: 17 %.
+    assert ours - plain == pytest.approx(want - plain, rel=0.2)
+    assert want - plain > 0.02
+
+
+def test_grooves_blur_across_them_alone(renderer: Renderer) -> None:
+    """Three moments tell the directions apart, one variance does not."""
+    grooves = np.tile(0.5 + 0.5 * np.sin(2 * np.pi * np.arange(16) / 16), (16, 1)).astype(np.float32)
+    seen = {}
+    for axis in (0, 1):
+        light = (texel_directions(64)[..., axis : axis + 1] ** 2).astype(np.float32)
+        environment = CubeMap(np.repeat(light, 3, axis=-1), background=False)
+        scene = Scene([Surface(FACING, CHROME, _tiled(grooves, AMPLITUDE))], environment, AHEAD)
+        for how in SPREADS:
+            seen[axis, how] = _draw(renderer, "GPU", scene, how)
+    # The mean of x^2 over the blur is its variance along x; taps lie along it, and are 0.45 of it wide across.
+    assert seen[1, "lean"] < 0.35 * seen[0, "lean"]
+    assert seen[1, "toksvig"] == pytest.approx(seen[0, "toksvig"], rel=0.05)
+
+
+def test_layers_add_their_variances(renderer: Renderer, waves: F32) -> None:
+    """Twice the same map, turned by a quarter of its repeat, blurs as one with twice the variance."""
+    light = (texel_directions(64)[..., :1] ** 2 + texel_directions(64)[..., 1:2] ** 2).astype(np.float32)
+    environment = CubeMap(np.repeat(light, 3, axis=-1), background=False)
+    one, steeper = _tiled(waves, AMPLITUDE), _tiled(waves, AMPLITUDE * 2**0.5)
+    two, same = (
+        _draw(renderer, "GPU", Scene([Surface(FACING, CHROME, bumps)], environment, AHEAD), "lean")
+        for bumps in ((one, one), steeper)
+    )
+    # Halves of the moments.
+    assert two == pytest.approx(same, rel=2e-3)
+
+
+def test_what_is_rough_becomes_rougher(renderer: Renderer, waves: F32) -> None:
+    """As a flat surface with the sum of both variances of slopes; not with half or twice as much of the bumps'."""
+    roughness, trace = 0.2, float(np.trace(np.cov(_slopes(waves, AMPLITUDE).T)))
+    environment = _lobe(np.array([0.0, 0.0, 1.0]), 8.0)
+    quality = Quality("balanced", samples=1, gloss_size=32, gloss_samples=32)
+
+    def seen(roughness: float, *bumps: Bump) -> float:
+        material = Material(metallic=1, roughness=roughness)
+        scene = Scene([Surface(FACING, material, bumps or None)], environment, AHEAD)
+        return float(renderer.render(scene, (4, 4), quality).pixels[..., 0].mean())
+
+    bumped = seen(roughness, _tiled(waves, AMPLITUDE))
+    same, less, more = (seen((roughness**4 + k * trace) ** 0.25) for k in (1.0, 0.5, 2.0))
+    # Halves of the moments, and of the picture.
+    assert bumped == pytest.approx(same, rel=2e-3)
+    assert less > 1.02 * bumped > 1.02 * 1.02 * more
+
+
+# ---- both sides
+
+LIGHT = CubeMap(np.random.default_rng(3).uniform(0.2, 1, (6, 16, 16, 3)).astype(np.float32), background=False)
+DENTS = patterns.dimples((64, 64), wobble=0.5)
+TILTS = np.random.default_rng(4).normal(size=(32, 32, 3)).astype(np.float32) * (0.2, 0.2, 0) + (0, 0, 1)
+TURNED = Transform(rotate=(10, 40, 0), scale=(1, 1.4, 0.8))
+KINDS: dict[str, tuple[Shape, Material, Any, Transform]] = {
+    "ball": (Sphere(), CHROME, Bump(DENTS, amplitude=0.008, repeat=(16, 8)), Transform()),
+    "stretched ball": (Sphere(), CHROME, Bump(DENTS, amplitude=0.008, repeat=(16, 8)), TURNED),
+    "plane": (Plane(size=(4, 4)), CHROME, Bump(DENTS, amplitude=0.02, repeat=(16, 16)), Transform()),
+    "once": (Plane(size=(4, 4)), CHROME, Bump(DENTS, amplitude=0.1, border="clamp"), Transform()),
+    "normal map": (Torus(), CHROME, NormalMap(TILTS, repeat=(16, 8)), Transform()),
+    "parameter": (Torus(), CHROME, Bump(DENTS, amplitude=0.01, repeat=(8, 4), scaling="parameter"), TURNED),
+    "triplanar": (Cube(), CHROME, Bump(DENTS, amplitude=0.004, repeat=(8, 8), mapping="triplanar"), TURNED),
+    "glass": (Sphere(), Material(roughness=0, transmission=1), Bump(DENTS, amplitude=0.004, repeat=(16, 8)), TURNED),
+    "layers": (
+        Sphere(),
+        CHROME,
+        (Bump(DENTS, amplitude=0.004, repeat=(8, 4)), NormalMap(TILTS, scale=0.5, repeat=(16, 8))),
+        Transform(),
+    ),
+}
+
+
+@pytest.mark.parametrize("how", SPREADS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_reference_models_it(renderer: Renderer, kind: str, how: str) -> None:
+    shape, material, bump, transform = KINDS[kind]
+    camera = Camera(eye=(0, 1.2, 5), target=(0, 0, 0), fov=40)
+    scene = Scene([Surface(shape, material, bump, transform)], LIGHT, camera)
+    quality = Quality(
+        "balanced", samples=1, bump_spread=how, texture_format="float", bump_format="float", frame_format="float"
+    )
+    drawn, modelled = renderer.render(scene, (32, 32), quality), reference.render(scene, (32, 32), 1, quality=quality)
+    assert drawn.stats["plan"]["surface 0 bump spread"] == how
+    both = (drawn.pixels[..., 3] > 0.99) & (modelled.pixels[..., 3] > 0.99)
+    off = np.abs(drawn.pixels - modelled.pixels)[both][:, :3].max(axis=-1)
+    # Logarithms of 32-bit floats; beside edges of flat faces quads of pixels are the driver's, spread or not.
+    assert np.percentile(off, 75) < 2e-4
+    plain = reference.render(scene, (32, 32), 1, quality=replace(quality, bump_spread="none"))
+    assert np.percentile(np.abs(plain.pixels - modelled.pixels)[both][:, :3].max(axis=-1), 75) > 1e-2
+
+
+# ---- when it is left out
+
+
+def _choice(scene: Scene, quality: Quality) -> tuple[str, str, int]:
+    plan = make_plan(scene, quality, (64, 64), Contents())
+    made = next(c for c in plan.choices if c.what == "surface 0 bump spread")
+    return made.value, made.why, plan.surfaces[0].has("SPREAD")
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"bump_spread": "none"}, "as the quality has it"),
+        ({"bump_filter": "bilinear"}, "no level averages slopes"),
+        ({"bump_read": "shader"}, "no level averages slopes"),
+        ({"environment_filter": "bilinear"}, "no levels"),
+    ],
+)
+def test_what_has_no_levels_has_no_spread(waves: F32, changes: dict[str, Any], why: str) -> None:
+    scene = Scene([Surface(Sphere(), CHROME, Bump(waves, amplitude=0.01))], LIGHT)
+    assert _choice(scene, Quality("balanced"))[::2] == ("lean", 2)
+    value, said, define = _choice(scene, Quality("balanced", **changes))
+    assert (value, define) == ("none", 0)
+    assert why in said
+
+
+def test_what_is_near_has_no_spread(waves: F32) -> None:
+    """64 texels across 2 units: a pixel of one sample is as large as a texel where the picture is 2 units high."""
+    scene = Scene([Surface(FACING, CHROME, Bump(waves, amplitude=0.01))], LIGHT, replace(AHEAD, height=1.9))
+    assert _choice(scene, Quality("balanced", samples=1))[0] == "none"
+    farther = replace(scene, camera=replace(AHEAD, height=2.1))
+    assert _choice(farther, Quality("balanced", samples=1))[0] == "lean"
+    # Four samples see half as far each.
+    assert _choice(farther, Quality("balanced"))[0] == "none"
+
+
+def test_four_samples_see_a_far_plane_as_four_passes_do(renderer: Renderer, waves: F32) -> None:
+    """llvmpipe's perspective is the pixel's, not the sample's: a large plane's u and v were off by some repeats."""
+    plane = Surface(Plane(size=(400, 400)), CHROME, Bump(waves, amplitude=0.03, repeat=(400, 400)))
+    scene = Scene([plane], Sky(background=False), Camera(eye=(0, 0.5, 0), target=(0, -0.1, -2), fov=40))
+    able, pictures = renderer.capabilities, []
+    with Renderer(context=renderer.context) as other:
+        for multisamples in (able.multisamples, 0):
+            other.capabilities = replace(able, multisamples=multisamples)
+            pictures.append(other.render(scene, (64, 64), "balanced").pixels)
+    assert np.abs(pictures[0] - pictures[1]).max() < 0.01
