@@ -69,11 +69,11 @@ def exact_sides(surface: Surface, camera: Camera) -> tuple[F64, F64]:
     return right / (2 * STEP), up / (2 * STEP)
 
 
-def off(level: F64, exact: F64) -> tuple[float, float]:
+def off(level: npt.ArrayLike, exact: F64) -> tuple[float, float]:
     """The 50th and the 99th percentile of how far levels are off; none counts as far."""
     there = np.isfinite(exact)
     assert there.sum() > 1000
-    error = np.nan_to_num(np.abs(level - exact)[there], nan=9.0)
+    error = np.nan_to_num(np.abs(np.asarray(level) - exact)[there], nan=9.0)
     return float(np.percentile(error, 50)), float(np.percentile(error, 99))
 
 
@@ -136,7 +136,8 @@ def test_a_cube_has_no_jump_at_its_edges(renderer: Renderer) -> None:
 
 def bump_level(renderer: Renderer, surface: Surface, camera: Camera) -> F64:
     quality = Quality("balanced", samples=1, bump_spread="none")
-    return np.float64(renderer.render(Scene([surface], PANORAMA, camera), SIZE, quality, show="level").pixels[..., 1])
+    pixels = renderer.render(Scene([surface], PANORAMA, camera), SIZE, quality, show="level").pixels
+    return pixels[..., 1].astype(np.float64)
 
 
 def test_bumps_have_no_jump_at_the_seam_nor_at_poles(renderer: Renderer) -> None:

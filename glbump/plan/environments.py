@@ -251,7 +251,8 @@ def _computed(draft: Draft, name: str, environment: Procedural) -> dict[str, int
     averaged = is_averaged(quality.environment_filter, quality.samples)
     why = "averaged over each sample's footprint" if averaged else "the function itself; the samples average"
     draft.note(f"{name} filter", "analytic" if averaged else "none", why)
-    return {"ENVIRONMENT": COMPUTED[type(environment)], "ENVIRONMENT_FOOTPRINT": int(averaged or draft.show == "footprint")}
+    has_footprint = averaged or draft.show == "footprint"
+    return {"ENVIRONMENT": COMPUTED[type(environment)], "ENVIRONMENT_FOOTPRINT": int(has_footprint)}
 
 
 def _pixel_angle(scene: Scene, size: tuple[int, int]) -> float:

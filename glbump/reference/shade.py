@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -17,26 +16,22 @@ from glbump import validate as check
 from glbump.camera import Camera, near_far, pixel_rays, pixel_steps, projection_matrix, sample_offsets, view_matrix
 from glbump.captures import captured
 from glbump.contents import Contents
-from glbump.environment import BoxBounds, Environment, Pictured, Procedural
+from glbump.environment import Environment
 from glbump.errors import SceneError
 from glbump.frame import Frame
 from glbump.maps import cube
-from glbump.maps.layout import EnvironmentMap, sample
-from glbump.maps.levels import environment_levels, fitting_pyramid
-from glbump.maps.light_formats import Fit
 from glbump.mesh import Mesh
 from glbump.quality import Quality, quality_of
-from glbump.reference import filter as filters
-from glbump.reference import ggx, parallax, reflect
+from glbump.reference import ggx, reflect
 from glbump.reference import spread as spreads
 from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
-from glbump.reference.computed import is_averaged, radiance
 from glbump.reference.environment import sh9_irradiance
 from glbump.reference.lobe import Facets, lobe_factors
 from glbump.reference.relief import Relief
 from glbump.reference.sun import sun_reflected
 from glbump.reference.suns import suns_apart
+from glbump.reference.surroundings import Surroundings
 from glbump.reference.varied import (
     Place,
     Rays,
@@ -176,45 +171,7 @@ def places_of(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offse
     return result
 
 
-_LookUp = Callable[[F64, F64, F64], F64]
-
-
-def _picture(picture: EnvironmentMap, stored: Fit, quality: Quality, below: object) -> Callable[[F64, F64, F64], F64]:
-    """Light (K, 3) of a picture, stored so, in directions (K, 3) that change by ddx and ddy (K, 3) across a sample."""
-    how = quality.environment_filter
-    level_of = {"area": filters.direction_level, "longest": filters.longest_level}[quality.environment_level]
-    levels = [picture.pixels] if how == "bilinear" else _levels(picture, stored, quality.pyramid)
-    chain = [replace(picture, pixels=stored.as_read(pixels)) for pixels in levels]
-
-    def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
-        light = filters.through_levels(
-            lambda i, chosen: sample(chain[i], dir_env[chosen]),
-            level_of(ddx, ddy, picture.texels_per_radian),
-            len(chain),
-            how,
-        )
-        if picture.layout.whole or not isinstance(below, tuple):
-            return light
-        share = filters.share_above(dir_env[:, 1], ddx[:, 1], ddy[:, 1])[:, None]
-        return share * light + (1 - share) * np.array(below)
-
-    return look_up
-
-
-def _levels(picture: EnvironmentMap, stored: Fit, wanted: str) -> list[F32]:
-    how, _ = fitting_pyramid(
-        wanted,
-        picture.layout,
-        float(np.abs(picture.pixels).max()),
-        own_grid=picture.has_own_grid,
-        is_light=stored.format.signed,
-    )
-    return environment_levels(picture, how)
-
-
-def _above(
-    surface: Surface, look: Varied, n: Varied, change: F64, spread: F64 | None
-) -> tuple[Varied, F64 | None]:
+def _above(surface: Surface, look: Varied, n: Varied, change: F64, spread: F64 | None) -> tuple[Varied, F64 | None]:
     """Directions that bent normals with a spread (K, 3, 3) may send under the surface, those mirrored at it; and
     their own spread. change: (K, 3, 3) of theirs by the normals'."""
     if spread is None:
@@ -222,78 +179,6 @@ def _above(
     carried = spreads.carried_spread(change, spread)
     folded = spreads.folded_dir(look.at, n.at, carried)
     return look._replace(at=folded), spreads.folded_spread(look.at, n.at, carried)
-
-
-class _Surroundings:
-    """One environment, and its light."""
-
-    def __init__(self, environment: Environment, quality: Quality, contents: Contents, samples: int) -> None:
-        self.environment = environment
-        self.footprint = samples**-0.5
-        self.exposure = 2.0**environment.exposure
-        self.stored = contents.light_format(environment, quality.texture_format)
-        self.env_from_world = environment.env_from_world()
-        how = quality.environment_filter
-        self.has_footprint = how != "bilinear"
-        self.texels_per_radian: float | None = None
-        self.look_up_averaged: _LookUp | None = None
-        if isinstance(environment, Procedural):
-            self.has_footprint = is_averaged(how, samples)
-            self.look_up: _LookUp = partial(radiance, environment)
-        else:
-            picture, below = contents.environment(environment), getattr(environment, "below", None)
-            self.look_up = _picture(picture, self.stored, quality, below)
-            self.texels_per_radian = picture.texels_per_radian
-            if quality.gloss == "sampled" and how == "bilinear":
-                averaged = replace(quality, environment_filter="trilinear")
-                self.look_up_averaged = _picture(picture, self.stored, averaged, below)
-
-    def seen_from(self, p_world: Varied, look: Varied) -> Varied:
-        """seen_at, with its changes across a sample over its size; look: in the environment's frame."""
-        if not isinstance(self.environment, Pictured) or self.environment.bounds is None:
-            return look
-        seen = self.seen_at(p_world.at, look.at)
-        changed = (
-            self.seen_at(p_world.at + dp * self.footprint, look.at + d * self.footprint) - seen
-            for dp, d in zip(p_world[1:], look[1:], strict=True)
-        )
-        return Varied(seen, *(change / self.footprint for change in changed))
-
-    def seen_at(self, p_world: F64, dir_env: F64) -> F64:
-        """Unit directions (K, 3), from where the environment was taken, of what is seen from points (K, 3)."""
-        if not isinstance(self.environment, Pictured) or self.environment.bounds is None:
-            return dir_env
-        room, position = self.environment.bounds, np.asarray(self.environment.position)
-        p = (p_world - position) @ self.env_from_world.T
-        if isinstance(room, BoxBounds):
-            return parallax.box_parallax(p, dir_env, np.subtract(room.low, position), np.subtract(room.high, position))
-        centre = self.env_from_world @ np.subtract(room.centre, position)
-        return parallax.sphere_parallax(p, dir_env, centre, room.radius)
-
-    def light(self, look: Varied, spread: F64 | None = None) -> F64:
-        """Radiance (K, 3) in unit directions, or about them, with a spread (K, 3, 3)."""
-        size = self.footprint if self.has_footprint else 0.0
-        dir_env, *sides = look.at, look.dx * size, look.dy * size
-        if spread is None:
-            return self.exposure * self.look_up(dir_env, *sides)
-        if self.texels_per_radian is None:
-            return self.exposure * self.look_up(dir_env, *spreads.widened_footprint(dir_env, *sides, spread, 12.0))
-        wide = spreads.widened_footprint(dir_env, *sides, spread, 4.0)
-        step, *tap = spreads.spread_taps(*wide)
-        longest = np.linalg.norm(wide[0], axis=-1, keepdims=True)
-        is_long = longest * self.texels_per_radian > 1
-        thin = (np.linalg.norm(step, axis=-1, keepdims=True) > 0.2 * longest) & is_long
-        light = np.zeros_like(dir_env)
-        for i in range(spreads.SPREAD_TAPS):
-            moved = dir_env + (i - (spreads.SPREAD_TAPS - 1) / 2) * step
-            light += self.look_up(moved / np.linalg.norm(moved, axis=-1, keepdims=True), *tap) / spreads.SPREAD_TAPS
-        return self.exposure * np.where(thin, light, self.look_up(dir_env, *wide))
-
-    def averaged(self, dir_env: F64, angle: F64) -> F64:
-        """Radiance (K, 3) in unit directions, each the mean over a solid angle (K,)."""
-        side = np.sqrt(angle)[:, None]
-        look_up = self.look_up_averaged or self.look_up
-        return self.exposure * look_up(dir_env, *(side * axis for axis in ggx.axes_across(dir_env)))
 
 
 class _Shader:
@@ -315,7 +200,7 @@ class _Shader:
             contents.mesh(surface.shape, normal_map=is_normal_mapped(relief.layers))
             for surface, relief in zip(scene.surfaces, self.reliefs)
         ]
-        self.surroundings = {e: _Surroundings(e, quality, contents, samples) for e in scene.environments}
+        self.surroundings = {e: Surroundings(e, quality, contents, samples) for e in scene.environments}
         self.suns = {e: suns_apart(scene, e, quality, contents, drawn=e in drawn)[0] for e in scene.environments}
 
     def shade(self, origins: F64, dirs: F64, places: list[F64], steps: F64) -> tuple[F64, Index]:

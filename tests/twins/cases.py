@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from glbump.glsltest import inputs, ulp
 from glbump.reference import bump, footprint, ggx
+from glbump.reference import filter as filters
 from glbump.reference import spread as spreads
 
 F64 = npt.NDArray[np.float64]
