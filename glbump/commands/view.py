@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +18,12 @@ def _size(text: str) -> tuple[int, int]:
     return check_size(size_of(text))
 
 
+def _stops(value: float) -> float:
+    from glbump.validate import number
+
+    return number("exposure", value, least=-64, most=64)
+
+
 @click.command()
 @click.argument("file", required=False, metavar="[FILE]", type=click.Path(path_type=Path))
 @click.option(
@@ -29,7 +36,9 @@ def _size(text: str) -> tuple[int, int]:
     callback=word("tone", "glbump.maps.images", "TONES"),
     help="Tone curve: clip, reinhard or filmic; as glbump render has it, unless told.",
 )
-@click.option("--exposure", type=click.FloatRange(-64, 64), metavar="E", help="Stops; as glbump render, unless told.")
+@click.option(
+    "--exposure", type=float, metavar="E", callback=checked(_stops), help="Stops; as glbump render, unless told."
+)
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path(), help="Folder for what is saved.")
 @common
 def view(
@@ -62,7 +71,18 @@ def view(
         require_there(file)
         opens = (partial(opened, file),)
     viewer = Viewer(opens, size=size, quality=quality, tone=tone, exposure=exposure, folder=output)
+    # An interrupt closes the window as its button does; amid a call of the driver it would end the process otherwise.
+    interrupts: list[int] = []
+
+    def close(number: int, _frame: object) -> None:
+        interrupts.append(number)
+        viewer.close()
+
+    before = signal.signal(signal.SIGINT, close)
     try:
         viewer.run()
     finally:
         viewer.release()
+        signal.signal(signal.SIGINT, before)
+    if interrupts:
+        raise KeyboardInterrupt

@@ -62,7 +62,7 @@ class Viewer:
         self.folder = folder or Path()
         self.shown: Showing = Showing(opens, quality, tone=tone, exposure=exposure)
         self.stage: Stage = Stage(size, "glbump", self.shown.contents)
-        self.hands = Hands(self)
+        self.hands: Hands = Hands(self)
         self.panel: Panel | None = None
         self.timings: deque[Timing] = deque(maxlen=120)
         self.read_back: float | None = None

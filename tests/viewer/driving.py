@@ -90,7 +90,12 @@ def tell(viewer: Any, what: str, *arguments: Any) -> None:
     register = getattr(glfw, f"set_{what}_callback")
     heard = register(viewer.stage.window, None)
     assert heard is not None, f"nobody listens to {what}"
-    register(viewer.stage.window, heard)
+    viewer.hands.listen()
+    if what == "drop":
+        import ctypes
+
+        names = [name.encode() for name in arguments[0]]
+        arguments = (len(names), (ctypes.c_char_p * max(len(names), 1))(*names))
     heard(viewer.stage.window, *arguments)
 
 
@@ -115,7 +120,7 @@ def drag(viewer: Any, start: tuple[float, float], end: tuple[float, float], butt
 
 
 def shot(viewer: Any, *, plates: bool = False) -> npt.NDArray[np.uint8]:
-    """(H, W, 3): what the window shows, or the picture alone."""
+    """(H, W, 3): all that the window shows, or the picture alone."""
     from glbump.viewer.plates import plates as plates_of
 
     stage, shown = viewer.stage, viewer.shown
@@ -125,4 +130,4 @@ def shot(viewer: Any, *, plates: bool = False) -> npt.NDArray[np.uint8]:
         if viewer.panel is not None and viewer.panel.is_shown:
             viewer.panel.draw()
     result: npt.NDArray[np.uint8] = stage.screen.read(stage.size)
-    return result
+    return result if plates else result[:, stage.left :]

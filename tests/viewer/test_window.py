@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -430,6 +431,43 @@ def test_pictures_scenes_and_turntables_are_written(folder: Path) -> None:
         assert not viewer.shown.is_busy
         settle(viewer)
         assert len(list((out / "scene-0-turntable-2").glob("*.png"))) < 4
+
+
+@in_window
+def test_files_are_dropped(folder: Path) -> None:
+    """On the surface under the cursor, or into the scene; what is none of the kinds is said, and nothing changes."""
+    import glbump as gb
+    from glbump.maps.files import write_display
+
+    write_display(folder / "height.png", np.random.default_rng(3).integers(0, 256, (16, 16, 1), np.uint8))
+    gb.render(gb.Scene([]), (64, 32)).save(folder / "sky.exr")
+    (folder / "a.toml").write_text('[environment]\nkind = "chrome"\n')
+    (folder / "notes.txt").write_text("hello")
+    with viewing(size=(320, 240)) as viewer:
+        pictures = [shot(viewer)]
+
+        def dropped(*names: str, at: tuple[float, float] = (160, 120)) -> None:
+            tell(viewer, "cursor_pos", *at)
+            tell(viewer, "drop", [str(folder / name) for name in names])
+            assert viewer.shown.work.startswith("opening")
+            settle(viewer)
+            pictures.append(shot(viewer))
+
+        dropped("height.png", at=(284, 120))
+        assert [len(s.bumps) for s in viewer.shown.scene.surfaces] == [0, 1], "the cube is to the right"
+        dropped("height.png")
+        assert [len(s.bumps) for s in viewer.shown.scene.surfaces] == [1, 1]
+        dropped("sky.exr")
+        assert viewer.shown.scene.environment == gb.LatLong(folder / "sky.exr")
+        for before, after in pairwise(pictures):
+            assert (before != after).any()
+        dropped("notes.txt")
+        assert "all others pictures" in viewer.shown.trouble
+        assert np.array_equal(pictures[-1], pictures[-2])
+        dropped("a.toml")
+        assert not viewer.shown.trouble
+        assert viewer.shown.subject.name == "a.toml"
+        assert viewer.shown.scene.surfaces == ()
 
 
 @in_window
