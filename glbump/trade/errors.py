@@ -68,9 +68,9 @@ FIGURES: dict[str, Figure] = {
         "how large the error is, and which of shape, bump or light made the rest",
     ),
     "normal": Figure(
-        "mean angle between the normal drawn and the true one, where a pixel sees one surface",
+        "mean angle between the normal drawn and the true one in the middle of each pixel that sees one surface",
         "degrees",
-        "what the light makes of it: a degree shows in a mirror and not on plaster; nor silhouettes",
+        "what the light makes of it: a degree shows in a mirror, not on plaster; that means over a pixel are no error",
     ),
     "normal_p99": Figure("one such pixel of a hundred is off by more", "degrees", "the worst hundredth"),
 }

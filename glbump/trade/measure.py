@@ -106,7 +106,10 @@ class Bench:
         renderer, frame, first = self._first(shown, quality)
         with renderer:
             cost = first | self._steady(renderer, shown, quality, turns) | {"bytes": int(frame.stats["bytes"])}
-        error = errors(frame, self.truth.pixels, several=self.truth.several)
+            normals = renderer.render(shown, self.size, quality, show="normal").pixels
+        both = np.where((normals[..., 3:] > 0) & (self.truth.normals[..., 3:] > 0), 1.0, np.nan)
+        pair = normals[..., :3] * both, self.truth.normals[..., :3] * both
+        error = errors(frame, self.truth.pixels, several=self.truth.several, normals=pair)
         return Measured(quality, frame.stats["plan"], error, cost, frame.pixels)
 
     def _first(self, scene: Scene, quality: Quality) -> tuple[Renderer, Frame, dict[str, float]]:

@@ -28,7 +28,7 @@ LITTLE = 0.03
 
 Row = dict[str, Any]
 
-_SHOWN = ("rmse", "p99", "p999", "max", "flip", "linear_rmse", "silhouette")
+_SHOWN = ("rmse", "p99", "p999", "max", "flip", "linear_rmse", "silhouette", "normal")
 _STYLE = """
 body{font:15px/1.45 sans-serif;color:#222;max-width:76rem;margin:2rem auto;padding:0 1rem}
 h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2.2rem;border-bottom:1px solid #ddd}

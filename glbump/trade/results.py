@@ -170,7 +170,9 @@ def _save(path: Path, truth: Truth) -> None:
         "notes": truth.notes,
     }
     with path.open("wb") as opened:
-        np.savez_compressed(opened, pixels=truth.pixels, several=truth.several, said=json.dumps(plain(said)))
+        np.savez_compressed(
+            opened, pixels=truth.pixels, several=truth.several, normals=truth.normals, said=json.dumps(plain(said))
+        )
 
 
 def _load(path: Path) -> Truth:
@@ -180,6 +182,7 @@ def _load(path: Path) -> Truth:
         return Truth(
             pixels=kept["pixels"],
             several=kept["several"],
+            normals=kept["normals"],
             noise=float("nan") if noise is None else noise,
             checked=Bounds(*checked) if checked else None,
             source=said["source"],

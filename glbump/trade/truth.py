@@ -38,8 +38,9 @@ class Truth:
 
     pixels: (H, W, 4) linear. source: REFERENCE, float64; or DRIVER, drawn by the driver at "exact" with as many
     samples and checked on tiles. samples: a pixel. noise: RMSE, display-referred, that it may be off by for want of
-    samples, from two halves of them. several: (H, W) where samples see several surfaces. checked: a driver's RMSE to
-    the reference, with its bounds, from `tiles` tiles. notes: what is to be known of it, in sentences.
+    samples, from two halves of them. several: (H, W) where samples see several surfaces. normals: (H, W, 4) bent unit
+    normals in the world, in the middle of each pixel, and 1; 0 where nothing is seen. checked: a driver's RMSE to the
+    reference, with its bounds, from `tiles` tiles. notes: what is to be known of it, in sentences.
     """
 
     pixels: F32
@@ -47,6 +48,7 @@ class Truth:
     samples: int
     noise: float
     several: Mask
+    normals: F32
     checked: Bounds | None = None
     tiles: int = 0
     notes: tuple[str, ...] = ()
@@ -69,11 +71,12 @@ def find_truth(
     contents = renderer.contents
     expected = _seconds_a_ray(scene, size, contents) * size[0] * size[1] * samples
     several = _several(scene, size, contents)
+    normals = reference(scene, size, 1, contents=contents, show="normal").pixels
     step()
     if expected <= seconds:
         frame = reference(scene, size, samples, contents=contents)
         noise = _noise([frame.stats["halves"]])
-        return Truth(frame.pixels, REFERENCE, samples, noise, several, notes=_said(noise, samples))
+        return Truth(frame.pixels, REFERENCE, samples, noise, several, normals, notes=_said(noise, samples))
     pixels = renderer.render(scene, size, Quality("exact", samples=samples)).pixels
     step()
     squares, halves = _checked(scene, size, samples, contents, pixels, seconds, step)
@@ -85,7 +88,7 @@ def find_truth(
         f"{255 * checked.high:.3g}/255 at 95 %; settings nearer than that cannot be told apart"
     )
     notes = (why, *_said(noise, samples))
-    return Truth(pixels, DRIVER, samples, noise, several, checked, len(squares), notes)
+    return Truth(pixels, DRIVER, samples, noise, several, normals, checked, len(squares), notes)
 
 
 def _seconds_a_ray(scene: Scene, size: tuple[int, int], contents: Contents) -> float:

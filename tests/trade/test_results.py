@@ -71,7 +71,7 @@ def test_an_unwritable_folder_is_said(tmp_path: Path) -> None:
 
 def test_the_truth_is_kept_and_a_damaged_one_found_anew(tmp_path: Path) -> None:
     pixels = np.random.default_rng(1).uniform(0, 2, (4, 6, 4)).astype(np.float32)
-    truth = Truth(pixels, DRIVER, 16, 0.001, pixels[..., 0] > 1, Bounds(0.1, 0.05, 0.2), 9, ("a note",))
+    truth = Truth(pixels, DRIVER, 16, 0.001, pixels[..., 0] > 1, pixels / 2, Bounds(0.1, 0.05, 0.2), 9, ("a note",))
     results = Results(tmp_path, "s")
     asked = []
 
@@ -83,7 +83,8 @@ def test_the_truth_is_kept_and_a_damaged_one_found_anew(tmp_path: Path) -> None:
         got = results.truth("k", find)
         np.testing.assert_array_equal(got.pixels, truth.pixels)
         np.testing.assert_array_equal(got.several, truth.several)
-        assert replace(got, pixels=pixels, several=truth.several) == truth
+        np.testing.assert_array_equal(got.normals, truth.normals)
+        assert replace(got, pixels=pixels, several=truth.several, normals=truth.normals) == truth
     assert len(asked) == 1
     file = next(tmp_path.glob("truth-*.npz"))
     file.write_bytes(file.read_bytes()[:100])
