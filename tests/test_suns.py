@@ -345,8 +345,8 @@ def test_apart_is_nearer_to_the_truth() -> None:
     """A white ball in float64: nine harmonics with its sun apart, and with it, against the sum over all texels."""
     contents, scene = Contents(), ball(WHITE, background=False)
 
-    def picture(**knobs: str) -> Any:
-        quality = gb.Quality("exact", **knobs)
+    def picture(diffuse: str, suns: str) -> Any:
+        quality = gb.Quality("exact", diffuse=diffuse, suns=suns)
         return np.asarray(gb.reference.render(scene, (32, 32), 1, quality=quality, contents=contents), np.float64)
 
     truth = picture(diffuse="map", suns="kept")
