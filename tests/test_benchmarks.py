@@ -174,6 +174,7 @@ SECTIONS = [
     kernels,
     layouts,
     diffuse,
+    gloss,
     conversion,
     normal_formats,
     normals,

@@ -55,12 +55,13 @@ def test_the_fit_keeps_its_stated_bounds(truth: np.ndarray) -> None:
         assert 0.7 * _stated(name) < worst <= _stated(name)
 
 
-@pytest.mark.parametrize("f0", [0.02, 0.04, 0.2, 0.7, 1.0])
+@pytest.mark.parametrize("f0", [0.02, 0.04, 0.2, 0.5, 0.7, 1.0])
 def test_the_share_keeps_its_stated_bound(truth: np.ndarray, f0: float) -> None:
-    got = glossy_share(np.full(3, f0), *np.meshgrid(GRID, GRID, indexing="ij"))[..., 0]
-    want = (f0 * truth[..., 0] + truth[..., 1]) / truth.sum(axis=-1)
+    fitted = dfg_fit(*np.meshgrid(GRID, GRID, indexing="ij"))
+    got, want = (glossy_share(np.full(3, f0), factors) for factors in (fitted, truth))
     assert np.abs(got - want).max() <= _stated("glossy_share") * (f0 < 1) + 1e-12
 
 
 def test_the_share_of_a_perfect_metal_is_all() -> None:
-    assert glossy_share((1, 1, 1), *np.meshgrid(np.linspace(0, 1, 50), GRID)) == pytest.approx(1.0)
+    factors = dfg_fit(*np.meshgrid(np.linspace(0, 1, 50), GRID))
+    assert glossy_share((1, 1, 1), factors) == pytest.approx(1.0)

@@ -61,9 +61,9 @@ def lobe_shape(cosine: npt.ArrayLike, alpha: npt.ArrayLike) -> F64:
 def lobe_place(i: npt.ArrayLike, count: npt.ArrayLike, shift: npt.ArrayLike) -> F64:
     """(..., 2) in 0..1: place i of `count` on the unit square, golden-ratio steps along x and layers along y; all
     moved by `shift` (..., 2), round the square along x and within a layer along y."""
-    i, moved = np.asarray(i, np.float64), np.asarray(shift, np.float64)
-    around = i * _GOLDEN + moved[..., 0]
-    return np.stack(np.broadcast_arrays(around % 1.0, (i + moved[..., 1]) / count), axis=-1)
+    number, moved = np.asarray(i, np.float64), np.asarray(shift, np.float64)
+    around, up = number * _GOLDEN + moved[..., 0], (number + moved[..., 1]) / np.asarray(count, np.float64)
+    return np.stack(np.broadcast_arrays(around % 1.0, up), axis=-1)
 
 
 def visible_normal(v_tan: npt.ArrayLike, alpha: npt.ArrayLike, place: npt.ArrayLike) -> F64:
@@ -91,7 +91,9 @@ def normal_angle(h_tan: npt.ArrayLike, v_tan: npt.ArrayLike, alpha: npt.ArrayLik
     d = a**2 / (np.pi * (h[..., 0] ** 2 + h[..., 1] ** 2 + (a * h[..., 2]) ** 2) ** 2)
     nv = v[..., 2]
     g1_over_nv = 2 / (nv + np.sqrt(a**2 + (1 - a**2) * nv**2))
-    result: F64 = 1 / (count * g1_over_nv * np.maximum(np.einsum("...i,...i->...", v, h), 1e-6) * d)
+    result: F64 = 1 / (
+        np.asarray(count, np.float64) * g1_over_nv * np.maximum(np.einsum("...i,...i->...", v, h), 1e-6) * d
+    )
     return result
 
 
