@@ -19,7 +19,6 @@ MODULES = {
     "lint": "lint",
     "normals": "normals",
     "prefilter": "prefilter",
-    "prefilter": "prefilter",
     "render": "render",
     "tune": "tune",
     "trade": "trade",
