@@ -24,7 +24,8 @@ vec2 dfg_place(float n_dot_v, float roughness, float size) {
 // f0 reflects F = (F0 A + B) / (A + B) of what meets a facet, A + B leaves after one, and the rest meets a second:
 // F ((A + B) + F (1 - (A + B))), which for F0 = 1 is 1 at every angle and roughness. Turquin, "Practical multiple
 // scattering compensation for microfacet models", 2019, equation 16, with F in place of F0: against random walks on
-// Smith's surface (Heitz et al. 2016) at most 0.056 off, 0.016 rms. Of dfg_fit, against quadrature: glossy_share at most 0.12.
+// Smith's surface (Heitz et al. 2016) at most 0.056 off, 0.016 rms. With dfg_fit's factors, against quadrature's:
+// glossy_share at most 0.12.
 vec3 glossy_share(vec3 f0, vec2 dfg) {
     float once = dfg.x + dfg.y;
     vec3 facet = (f0 * dfg.x + dfg.y) / once;
