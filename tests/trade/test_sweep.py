@@ -85,6 +85,16 @@ def test_a_setting_is_measured_whole() -> None:
     assert fast.pixels.shape == (32, 32, 4)
 
 
+def test_on_a_gpu_its_own_clock_times_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Drivers in software answer timer queries too, without meaning.
+    monkeypatch.setattr(Bench, "has_gpu_clock", True)
+    with Bench(SCENE, (32, 32)) as bench:
+        bench.truth = find_truth(SCENE, (32, 32), 4, bench.renderer)
+        cost = bench.measure(Quality("fast"), turns=3).cost
+    assert cost["clock"] == "GPU timer"
+    assert cost["gpu"]["median"] > 0
+
+
 def test_turns_end_when_the_median_is_known_or_time_is_up() -> None:
     enough, spread = measuring._is_enough, measuring.Spread
     assert not enough(4, spread(1, 1, 1), 0.1)
@@ -95,8 +105,8 @@ def test_turns_end_when_the_median_is_known_or_time_is_up() -> None:
     assert not enough(1, spread(1, 1, 1), 10)
 
 
-def test_a_sweep_has_a_row_for_all_that_matters(few: None, tmp_path: Path) -> None:
-    trade = swept(SCENE, tmp_path)
+def test_a_sweep_has_a_row_for_all_that_matters(reported: tuple[Trade, Path]) -> None:
+    trade, _ = reported
     assert [row["kind"] for row in trade.rows][:3] == [BASE, PRESET, PRESET]
     names = [row["name"] for row in trade.of(KNOB)]
     assert names == ["samples=1", "bump_kernel=forward", "bump_kernel=bspline"]
@@ -129,9 +139,9 @@ def test_a_run_that_was_cut_off_goes_on(few: None, tmp_path: Path) -> None:
 
 
 def test_another_size_or_base_is_measured_beside_what_is_there(few: None, tmp_path: Path) -> None:
-    swept(SCENE, tmp_path)
+    swept(SCENE, tmp_path, minutes=0)
     before = (tmp_path / ROWS).read_bytes()
-    other = swept(SCENE, tmp_path, base="fast")
+    other = swept(SCENE, tmp_path, base="fast", minutes=0)
     assert other.rows[0]["name"] == "fast"
     assert (tmp_path / ROWS).read_bytes().startswith(before)
     with pytest.raises(GlbumpError, match="another scene"):
