@@ -95,16 +95,16 @@ SIGNS = {
     "minus": "-",
     "period": ".",
     "comma": ",",
-    "kp_add": "keypad +",
-    "kp_subtract": "keypad -",
+    "kp_add": "Keypad +",
+    "kp_subtract": "Keypad -",
 }
 
 
 def named(key: str) -> str:
     """A key as people name it."""
     control, _, bare = key.rpartition("+")
-    name = SIGNS.get(bare, bare.replace("kp_", "keypad ").replace("_", " "))
-    return f"{control}+{name}" if control else name
+    name = SIGNS.get(bare, bare.replace("kp_", "keypad ").replace("_", " ").title())
+    return f"Ctrl+{name}" if control else name
 
 
 def help_rows() -> list[tuple[str, str]]:
@@ -113,5 +113,5 @@ def help_rows() -> list[tuple[str, str]]:
     for action in ACTIONS:
         if action.says:
             rows.append(([], action.says))
-        rows[-1][0].extend(map(named, action.keys))
-    return [*MOUSE, *((" ".join(keys), says) for keys, says in rows)]
+        rows[-1][0].append(" / ".join(map(named, action.keys)))
+    return [*MOUSE, *((",  ".join(keys), says) for keys, says in rows)]

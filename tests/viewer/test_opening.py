@@ -180,5 +180,5 @@ def test_the_table_of_keys_is_whole() -> None:
     rows = help_rows()
     assert all(pressed and says for pressed, says in rows)
     text = " ".join(pressed for pressed, _ in rows)
-    assert "page down n page up p" in text
+    assert "Page Down / N,  Page Up / P" in text
     assert "_" not in text
