@@ -106,11 +106,19 @@ class Bench:
         renderer, frame, first = self._first(shown, quality)
         with renderer:
             cost = first | self._steady(renderer, shown, quality, turns) | {"bytes": int(frame.stats["bytes"])}
-            normals = renderer.render(shown, self.size, quality, show="normal").pixels
-        both = np.where((normals[..., 3:] > 0) & (self.truth.normals[..., 3:] > 0), 1.0, np.nan)
-        pair = normals[..., :3] * both, self.truth.normals[..., :3] * both
+            pair = self._normals(renderer, shown, quality)
         error = errors(frame, self.truth.pixels, several=self.truth.several, normals=pair)
         return Measured(quality, frame.stats["plan"], error, cost, frame.pixels)
+
+    def _normals(self, renderer: Renderer, scene: Scene, quality: Quality) -> tuple[F32, F32] | None:
+        """Those drawn and the true ones, NaN where either is not there."""
+        assert self.truth is not None
+        true = self.truth.normals
+        if true is None:
+            return None
+        drawn = renderer.render(scene, self.size, quality, show="normal").pixels
+        both = np.where((drawn[..., 3:] > 0) & (true[..., 3:] > 0), np.float32(1), np.float32(np.nan))
+        return drawn[..., :3] * both, true[..., :3] * both
 
     def _first(self, scene: Scene, quality: Quality) -> tuple[Renderer, Frame, dict[str, float]]:
         """A new renderer, its first picture, and what that took in milliseconds."""

@@ -169,10 +169,9 @@ def _save(path: Path, truth: Truth) -> None:
         "tiles": truth.tiles,
         "notes": truth.notes,
     }
+    there = {name: array for name in ("several", "normals") if (array := getattr(truth, name)) is not None}
     with path.open("wb") as opened:
-        np.savez_compressed(
-            opened, pixels=truth.pixels, several=truth.several, normals=truth.normals, said=json.dumps(plain(said))
-        )
+        np.savez_compressed(opened, pixels=truth.pixels, said=json.dumps(plain(said)), **there)
 
 
 def _load(path: Path) -> Truth:
@@ -181,8 +180,8 @@ def _load(path: Path) -> Truth:
         noise, checked = said.pop("noise"), said.pop("checked")
         return Truth(
             pixels=kept["pixels"],
-            several=kept["several"],
-            normals=kept["normals"],
+            several=kept.get("several"),
+            normals=kept.get("normals"),
             noise=float("nan") if noise is None else noise,
             checked=Bounds(*checked) if checked else None,
             source=said["source"],

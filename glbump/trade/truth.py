@@ -28,6 +28,8 @@ TILE = 16
 LEAST_TILES, MOST_TILES = 8, 64
 _TRIED = 1 << 13
 """Rays that the time of all is reckoned from."""
+MOST_PIXELS = 1 << 21
+"""Of pictures that the reference casts whole: it takes 100 bytes a pixel, and minutes of more."""
 UNSURE = 0.25 / 255
 """A truth that may itself be off by more is said not to have converged."""
 
@@ -39,7 +41,8 @@ class Truth:
     pixels: (H, W, 4) linear. source: REFERENCE, float64; or DRIVER, drawn by the driver at "exact" with as many
     samples and checked on tiles. samples: a pixel. noise: RMSE, display-referred, that it may be off by for want of
     samples, from two halves of them. several: (H, W) where samples see several surfaces. normals: (H, W, 4) bent unit
-    normals in the world, in the middle of each pixel, and 1; 0 where nothing is seen. checked: a driver's RMSE to the
+    normals in the world, in the middle of each pixel, and 1; 0 where nothing is seen; None, as several, of more than
+    MOST_PIXELS. checked: a driver's RMSE to the
     reference, with its bounds, from `tiles` tiles. notes: what is to be known of it, in sentences.
     """
 
@@ -47,8 +50,8 @@ class Truth:
     source: str
     samples: int
     noise: float
-    several: Mask
-    normals: F32
+    several: Mask | None
+    normals: F32 | None
     checked: Bounds | None = None
     tiles: int = 0
     notes: tuple[str, ...] = ()
@@ -70,13 +73,17 @@ def find_truth(
     """
     contents = renderer.contents
     expected = _seconds_a_ray(scene, size, contents) * size[0] * size[1] * samples
-    several = _several(scene, size, contents)
-    normals = reference(scene, size, 1, contents=contents, show="normal").pixels
+    several, normals, said = None, None, []
+    if size[0] * size[1] <= MOST_PIXELS:
+        several = _several(scene, size, contents)
+        normals = reference(scene, size, 1, contents=contents, show="normal").pixels
+    else:
+        said = [f"silhouettes and normals are looked for in up to {MOST_PIXELS:,} pixels, not {size[0]}x{size[1]}"]
     step()
-    if expected <= seconds:
+    if expected <= seconds and several is not None:
         frame = reference(scene, size, samples, contents=contents)
         noise = _noise([frame.stats["halves"]])
-        return Truth(frame.pixels, REFERENCE, samples, noise, several, normals, notes=_said(noise, samples))
+        return Truth(frame.pixels, REFERENCE, samples, noise, several, normals, notes=(*said, *_said(noise, samples)))
     pixels = renderer.render(scene, size, Quality("exact", samples=samples)).pixels
     step()
     squares, halves = _checked(scene, size, samples, contents, pixels, seconds, step)
@@ -87,7 +94,7 @@ def find_truth(
         f"{len(squares)} tiles of the picture its RMSE is {255 * checked.value:.3g}/255, at most "
         f"{255 * checked.high:.3g}/255 at 95 %; settings nearer than that cannot be told apart"
     )
-    notes = (why, *_said(noise, samples))
+    notes = (why, *said, *_said(noise, samples))
     return Truth(pixels, DRIVER, samples, noise, several, normals, checked, len(squares), notes)
 
 

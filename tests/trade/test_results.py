@@ -86,7 +86,12 @@ def test_the_truth_is_kept_and_a_damaged_one_found_anew(tmp_path: Path) -> None:
         np.testing.assert_array_equal(got.normals, truth.normals)
         assert replace(got, pixels=pixels, several=truth.several, normals=truth.normals) == truth
     assert len(asked) == 1
-    file = next(tmp_path.glob("truth-*.npz"))
+    bare = replace(truth, several=None, normals=None)
+    for find_bare in (lambda: bare, find):
+        got = results.truth("bare", find_bare)
+        assert got.several is got.normals is None
+    assert len(asked) == 1
+    file = tmp_path / "truth-k.npz"
     file.write_bytes(file.read_bytes()[:100])
     results.truth("k", find)
     assert len(asked) == 2

@@ -11,6 +11,7 @@ from glbump.environment import Chrome, Sky
 from glbump.gl.renderer import Renderer
 from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Sphere
+from glbump.trade import truth as finding
 from glbump.trade.truth import DRIVER, REFERENCE, UNSURE, find_truth, tiles
 
 MIRROR = Material(metallic=1, roughness=0)
@@ -40,6 +41,18 @@ def test_without_time_for_it_the_driver_draws_the_truth_and_tiles_check_it(rende
     assert truth.checked.low <= truth.checked.value <= truth.checked.high < 2 / 255
     assert "tiles" in truth.notes[0]
     assert "at 95 %" in truth.notes[0]
+
+
+def test_of_a_picture_too_large_for_the_reference_tiles_are_cast_and_that_is_said(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(finding, "MOST_PIXELS", 1000)
+    truth = find_truth(BALL, SIZE, 4, renderer)
+    assert truth.source == DRIVER
+    assert truth.several is None
+    assert truth.normals is None
+    assert "tiles" in truth.notes[0]
+    assert "up to 1,000 pixels, not 48x40" in truth.notes[1]
 
 
 def test_a_truth_that_does_not_converge_is_said_with_what_remains(renderer: Renderer) -> None:
