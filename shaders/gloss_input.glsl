@@ -16,8 +16,10 @@ uniform samplerCube gloss;
 uniform float last_gloss_level;
 #elif GLOSS == SAMPLED
 uniform int lobe_samples;
-uniform float lobe_total;  // of all samples of the pixel
-uniform vec2 sample_shift;  // of this pass's samples against where the fragments say they are
+uniform int pixel_samples;
+#if !MULTISAMPLED
+uniform int sample_number;  // among the pixel's
+#endif
 #else
 #error "GLOSS must be CHAIN or SAMPLED"
 #endif
@@ -82,14 +84,17 @@ LobeLight lobe_light(vec3 p_room, vec3 v_env, vec3 n_env, vec3 geometry_env, flo
         y = cross(n_env, x);
     }
     vec3 v_tan = vec3(sqrt(1.0 - n_dot_v * n_dot_v), 0.0, n_dot_v);
-    vec2 shift = fract(gl_FragCoord.xy + sample_shift);
+#if MULTISAMPLED
+    int sample_number = int(4.0 * fract(gl_FragCoord.y));  // of four, each has a row of its own
+#endif
+    int total = lobe_samples * pixel_samples;
     vec3 mirrored = vec3(0.0), mirrored_weight = vec3(0.0);
     vec3 through = vec3(0.0);
     float through_weight = 0.0;
     for (int i = 0; i < lobe_samples; i++) {
-        vec3 h_tan = visible_normal(v_tan, alpha, lobe_place(i, lobe_samples, shift));
+        vec3 h_tan = visible_normal(v_tan, alpha, lobe_place(i * pixel_samples + sample_number, total));
         vec3 h_env = h_tan.x * x + h_tan.y * y + h_tan.z * n_env;
-        float angle = normal_angle(h_tan, v_tan, alpha, lobe_total);
+        float angle = normal_angle(h_tan, v_tan, alpha, float(total));
         float v_dot_h = dot(v_tan, h_tan);
         float n_dot_l = 2.0 * v_dot_h * h_tan.z - n_dot_v;
         if (n_dot_l > 0.0) {

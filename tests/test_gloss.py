@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from glbump import reference
-from glbump.camera import Camera
+from glbump.camera import Camera, sample_offsets
 from glbump.contents import Contents
 from glbump.environment import (
     BoxBounds,
@@ -32,7 +32,7 @@ from glbump.maps.pyramid import chain as box_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
 from glbump.reference import ggx
-from glbump.reference.lobe import Facets, lobe_factors
+from glbump.reference.lobe import Facets, lobe_factors, sample_number
 from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
 
@@ -204,12 +204,14 @@ def test_sampled_lobes_converge_to_the_integral(roughness: float) -> None:
 
 
 def test_the_samples_of_a_pixel_make_one_finer_set() -> None:
-    """Sixteen times sixteen facets, each set shifted by its sample's place, are about as good as 256 at once."""
-    from glbump.camera import sample_offsets
-
+    """Sixteen times sixteen facets are about as good as 256 at once; each sample has another number."""
     v, n = _pairs(24)
     wanted = _truth(v, n, 0.5, 0.5)
-    sets = [Facets(v, n, 0.5, 16, (x, 1 - y), 256).light(_averaged, v, 0.5) for x, y in sample_offsets(16).tolist()]
+    sets = [Facets(v, n, 0.5, 16, number, 16).light(_averaged, v, 0.5) for number in range(16)]
+
+    for samples in (1, 4, 9, 16):
+        numbers = [sample_number(x, y, samples) for x, y in sample_offsets(samples).tolist()]
+        assert sorted(numbers) == list(range(samples))
 
     def error(got: Any) -> float:
         return float(np.sqrt(np.mean((got - wanted) ** 2) / np.mean(wanted**2)))

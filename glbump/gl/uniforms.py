@@ -21,6 +21,7 @@ from glbump.maps.levels import level_sizes
 from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, DIFFUSES, GENERAL, MESH
+from glbump.reference.lobe import sample_number
 from glbump.reference.reflect import f0_from_ior
 from glbump.relief import Layer
 from glbump.scene import MOST_BUMPS, Bump, Scene, Surface
@@ -132,8 +133,7 @@ class View:
         drawn = zip(self._plan.surfaces, self._scene.surfaces, self._surfaces, self._view_from_object)
         for how, surface, seen, view_from_object in drawn:
             surfaces.append(seen | {"clip_from_object": projection @ view_from_object})
-            # y up; 0 where one pass has all samples, whose fragments each say where they are.
-            surfaces[-1]["sample_shift"] = (x - 0.5, 0.5 - y)
+            surfaces[-1]["sample_number"] = sample_number(x, y, self._plan.passes)
             if how.has("DIRECTION") == BY_PIXEL:
                 # Columns: the changes of the view direction, as the surface has it, with a pixel to the right and
                 # with one up, and the direction at the middle of the picture; of any length.
@@ -251,7 +251,7 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     values["roughness"] = material.roughness
     if environment.gloss is not None:
         values["last_gloss_level"] = environment.gloss.last_level
-    values |= {"lobe_samples": plan.lobe_samples, "lobe_total": plan.lobe_samples * plan.samples}
+    values |= {"lobe_samples": plan.lobe_samples, "pixel_samples": plan.samples}
     return values
 
 

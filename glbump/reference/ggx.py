@@ -58,12 +58,11 @@ def lobe_shape(cosine: npt.ArrayLike, alpha: npt.ArrayLike) -> F64:
     return result
 
 
-def lobe_place(i: npt.ArrayLike, count: npt.ArrayLike, shift: npt.ArrayLike) -> F64:
-    """(..., 2) in 0..1: place i of `count` on the unit square, golden-ratio steps along x and layers along y; all
-    moved by `shift` (..., 2), round the square along x and within a layer along y."""
-    number, moved = np.asarray(i, np.float64), np.asarray(shift, np.float64)
-    around, up = number * _GOLDEN + moved[..., 0], (number + moved[..., 1]) / np.asarray(count, np.float64)
-    return np.stack(np.broadcast_arrays(around % 1.0, up), axis=-1)
+def lobe_place(i: npt.ArrayLike, count: npt.ArrayLike) -> F64:
+    """(..., 2) in 0..1: place i of `count` on the unit square, golden-ratio steps along x and layers along y."""
+    number = np.asarray(i, np.float64)
+    up = (number + 0.5) / np.asarray(count, np.float64)
+    return np.stack(np.broadcast_arrays(number * _GOLDEN % 1.0, up), axis=-1)
 
 
 def visible_normal(v_tan: npt.ArrayLike, alpha: npt.ArrayLike, place: npt.ArrayLike) -> F64:

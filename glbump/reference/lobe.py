@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -34,17 +35,24 @@ def lobe_factors(n_dot_v: npt.ArrayLike, roughness: npt.ArrayLike, dfg: str) -> 
     return result
 
 
+def sample_number(x: float, y: float, samples: int) -> int:
+    """Of a pixel's `samples` (camera.sample_offsets) the number of that at x from the left and y from the top: by rows
+    from the lowest; each of four has a row of its own."""
+    rows, columns = (4, 1) if samples == 4 else (math.isqrt(samples),) * 2
+    return int((1 - y) * rows) * columns + int(x * columns)
+
+
 @dataclass(frozen=True)
 class Facets:
     """Directions (K, 3) towards the eye and normals, unit length; roughness (K,) or one; and the facets to be summed:
-    `count` of them, shifted by `shift` (2,), of `total` that all samples of the pixel sum together."""
+    `count` of them, those of sample `number` of the pixel's `samples`, which together make one finer set."""
 
     v: F64
     n: F64
     roughness: npt.ArrayLike
     count: int
-    shift: npt.ArrayLike = (0.5, 0.5)
-    total: int = 0
+    number: int = 0
+    samples: int = 1
 
     def light(self, look: Light, mirror: F64, f0: npt.ArrayLike) -> F64:
         """Radiance (K, 3) that the surface mirrors, over the share that it mirrors: its mean over the lobe, Fresnel's
@@ -89,9 +97,11 @@ class Facets:
         y = np.where(aside, np.cross(self.n, x), y)
         v_tan = np.stack([np.sqrt(1 - n_dot_v**2), np.zeros_like(n_dot_v), n_dot_v], axis=-1)
         total, weights = np.zeros_like(self.n), np.zeros_like(self.n)
+        total_count = self.count * self.samples
         for i in range(self.count):
-            h_tan = ggx.visible_normal(v_tan, self._alpha, ggx.lobe_place(i, self.count, self.shift))
-            angle = ggx.normal_angle(h_tan, v_tan, self._alpha, self.total or self.count)
+            place = ggx.lobe_place(i * self.samples + self.number, total_count)
+            h_tan = ggx.visible_normal(v_tan, self._alpha, place)
+            angle = ggx.normal_angle(h_tan, v_tan, self._alpha, total_count)
             h = h_tan[:, :1] * x + h_tan[:, 1:2] * y + h_tan[:, 2:] * self.n
             dirs, weight, angle = facet(h, h_tan, v_tan, angle)
             total += weight * look(dirs, np.minimum(angle, 4.0))

@@ -27,7 +27,7 @@ from glbump.reference import spread as spreads
 from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.environment import sh9_irradiance
-from glbump.reference.lobe import Facets, lobe_factors
+from glbump.reference.lobe import Facets, lobe_factors, sample_number
 from glbump.reference.relief import Relief
 from glbump.reference.sun import sun_reflected
 from glbump.reference.suns import suns_apart
@@ -112,7 +112,7 @@ def render(
     rows = max(2, _RAYS // across // 2 * 2)
     edges = [0, *range(down % 2 + rows, down, rows), down]
     for number, offset in enumerate(sample_offsets(samples)):
-        shader.shift = float(offset[0]), float(1 - offset[1])
+        shader.number = sample_number(float(offset[0]), float(offset[1]), samples)
         half = sum(divmod(number, math.isqrt(samples))) % 2
         counts[half] += 1
         for first, last in pairwise(edges):
@@ -182,9 +182,9 @@ def _above(surface: Surface, look: Varied, n: Varied, change: F64, spread: F64 |
 
 
 class _Shader:
-    """One scene's maps, and the light along rays. shift: the sample's place within the pixel, 0..1, y up."""
+    """One scene's maps, and the light along rays. number: of the pixel's samples that they are."""
 
-    shift: tuple[float, float] = (0.5, 0.5)
+    number: int = 0
     show: str | None = None
 
     def __init__(
@@ -193,7 +193,7 @@ class _Shader:
         """drawn: the environments that are pictures of the scene."""
         self.scene, self.quality, self.contents = scene, quality, contents
         self.footprint = samples**-0.5
-        self.lobe_total = quality.lobe_samples * samples
+        self.samples = samples
         # Round shapes are cast by formula; their mesh is never looked at.
         self.reliefs = [Relief(surface, quality, contents, samples) for surface in scene.surfaces]
         self.meshes = [
@@ -357,7 +357,7 @@ class _Shader:
                 )
 
             f0 = (1 - metallic) * dielectric + metallic * color
-            facets = Facets(-dir_env, n_env, roughness, self.quality.lobe_samples, self.shift, self.lobe_total)
+            facets = Facets(-dir_env, n_env, roughness, self.quality.lobe_samples, self.number, self.samples)
             seen = replace(facets, v=n_env) if environment.lookup == "normal" else facets
             result = specular * seen.light(lambda d, angle: averaged(d, angle, geometry.at), look.at, f0)
         else:

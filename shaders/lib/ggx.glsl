@@ -49,10 +49,9 @@ float lobe_shape(float cosine, float alpha) {
 }
 
 // Place number i of `count` that cover the unit square evenly: golden-ratio steps along x, layers along y (Fibonacci's
-// spiral, where x is an angle and y a height). shift, in 0..1, moves all within a layer, and round: where several
-// shifts are even, so is the union of their places.
-vec2 lobe_place(int i, int count, vec2 shift) {
-    return vec2(fract(float(i) * GOLDEN + shift.x), (float(i) + shift.y) / float(count));
+// spiral, where x is an angle and y a height).
+vec2 lobe_place(int i, int count) {
+    return vec2(fract(float(i) * GOLDEN), (float(i) + 0.5) / float(count));
 }
 
 // A facet's normal as v_tan sees them (z along the surface's normal): evenly over the visible ones for even places.

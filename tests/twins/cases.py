@@ -715,6 +715,11 @@ def _axes_rows() -> Rows:
     return x.astype(np.float32), y.astype(np.float32)
 
 
+def _between_whole_taps(major: Any, minor: Any, texels_per_radian: Any, most: Any) -> Any:
+    wanted = np.minimum(length(major) / np.maximum(length(minor), 1e-30), length(major) * texels_per_radian)
+    return (np.abs(wanted - np.rint(wanted)) > 8 * EPS * wanted) | (wanted > most + 1)
+
+
 def _axes_differ(x: Any, y: Any) -> Any:
     """Where there is a longer one: about a circle any axes will do."""
     long, short = (length(a) for a in filters.footprint_axes(x, y))
@@ -1302,6 +1307,12 @@ CASES: dict[str, Case] = {
         abs=_refract_change_bound,
         where=lambda d, n, eta, ddir, dn: np.abs(_sine_behind(d, n, eta) - 1) > 8 * EPS * eta,
     ),
+    "filter.footprint_taps": Case(
+        lambda: (*_axes_rows(), np.float32(100), np.float32(16)),
+        "a whole number; a quotient may be a rounding to either side of one",
+        abs=1e-6,
+        where=_between_whole_taps,
+    ),
     "filter.footprint_axes": Case(
         _axes_rows,
         "an angle from squared lengths, its sine and its cosine: of the longer side, which may hide the shorter",
@@ -1354,12 +1365,8 @@ CASES: dict[str, Case] = {
         abs=lambda cosine, alpha, want: 8 * EPS + 2 * EPS / alpha**2,
     ),
     "ggx.lobe_place": Case(
-        lambda: (
-            np.arange(3000) % 257,
-            np.resize([257, 300, 4096], 3000),
-            inputs.uniform(3000, 0, 1, (2,), 8),
-        ),
-        "up to 256 steps of the golden ratio, each rounded, and their sum; the square is round along x",
+        lambda: (np.arange(3000) % 257, np.resize([257, 300, 4096], 3000)),
+        "up to 256 steps of the golden ratio, each rounded, and their product; the square is round along x",
         abs=512 * EPS,
         period=(1.0, 0.0),
     ),
