@@ -32,6 +32,7 @@ KNOBS: dict[str, Knob] = {
     ),
     "environment_filter": Knob("mip levels of environments", ("bilinear", "nearest-level", "trilinear")),
     "environment_level": Knob("the level of a footprint: by its longer side, or by its area", ("longest", "area")),
+    "anisotropy": Knob("most look-ups along a footprint of an environment", (1, 2, 4, 8, 16), "", (1, 16), True),
     "pyramid": Knob("who makes mip levels, and by which kernel", ("hardware", "box", "kaiser")),
     "bump_kernel": Knob(
         "how heights become slopes",
@@ -66,6 +67,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "cube",
         "environment_filter": "bilinear",
         "environment_level": "area",
+        "anisotropy": 1,
         "pyramid": "box",
         "bump_filter": "nearest-level",
         "bump_spread": "none",
@@ -92,6 +94,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "given",
         "environment_filter": "trilinear",
         "environment_level": "area",
+        "anisotropy": 1,
         "pyramid": "box",
         "bump_filter": "trilinear",
         "bump_spread": "lean",
@@ -118,6 +121,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "environment_layout": "given",
         "environment_filter": "bilinear",
         "environment_level": "area",
+        "anisotropy": 1,
         "pyramid": "box",
         "bump_filter": "bilinear",
         "bump_spread": "none",
@@ -160,7 +164,9 @@ class Quality(check.Frozen):
     bump_read: slopes are "baked" once; or heights are read in the "shader", and their slopes taken there; or on the
     "screen", from pixel to pixel, which is off by as much as a pixel is large. bump_terms: "small" drops B (N/|N|)_u
     and _v, "full" keeps them, "auto" keeps them where they matter (direction_error). bump_format: as floats, in codes
-    of slopes, or, of normal maps, in codes of normals; the plan says what it costs. docs/bump.md has all of bumps.
+    of slopes, or, of normal maps, in codes of normals; the plan says what it costs. bump_spread: bumps finer than a
+    pixel flatten out ("none"), or blur what is mirrored, and make rough what is glossy, by their variance, one for all
+    directions ("toksvig"), or by their second moments ("lean"). docs/bump.md has all of bumps.
     diffuse: "sh9" is off by 1 % on average, a "map" by 0.02. suns: what is 50 times brighter than the rest and within 5
     degrees is "apart", a disc that shines on rough and diffuse surfaces; docs/environments.md has both.
     gloss: "chain" reads an environment that was blurred for a few roughnesses, as if seen along the normal; "sampled"
@@ -175,6 +181,7 @@ class Quality(check.Frozen):
     environment_layout: str = _FROM_PRESET
     environment_filter: str = _FROM_PRESET
     environment_level: str = _FROM_PRESET
+    anisotropy: int = _FROM_PRESET
     pyramid: str = _FROM_PRESET
     bump_filter: str = _FROM_PRESET
     bump_spread: str = _FROM_PRESET

@@ -153,23 +153,9 @@ vec3 footprint_y(vec3 dir_env) {
 #endif
 }
 
-// dir_env: unit length where it has a footprint or the environment is computed; else of any. ddx, ddy: how it changes
-// across the sample.
-vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
-#if SHOW == SHOW_FOOTPRINT
-    if (shown.a == 0.0) {
-        vec3 major, minor;
-        footprint_axes(ddx, ddy, major, minor);
-        shown = vec4(length(major), length(minor), 0.0, 1.0);
-    }
-#endif
-#if ENVIRONMENT == SKY
-    vec3 radiance = sky_radiance(dir_env, ddx, ddy, up, down, softness);
-#elif ENVIRONMENT == CHROME
-    vec3 radiance = chrome_radiance(dir_env, ddx, ddy, grey, silver, bands, sway);
-#elif ENVIRONMENT == FRACTAL
-    vec3 radiance = fractal_radiance(dir_env, ddx, ddy, sky, haze, rock, snow, relief, seed, steps);
-#else
+#if ENVIRONMENT < SKY
+// Averaged over a footprint that counts as wide as long, but for what direction_level says.
+vec3 averaged_picture(vec3 dir_env, vec3 ddx, vec3 ddy) {
 #if ENVIRONMENT_FOOTPRINT
     // By the largest texels there are: where a layout's are smaller (near the poles, in a cube's corners) the level is
     // finer than the footprint's. Levels by each texel's own solid angle blur more than that sparkles.
@@ -191,6 +177,37 @@ vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
 #if ENVIRONMENT_BELOW == COLOURED
     radiance = mix(below, radiance, share_above(dir_env.y, ddx.y, ddy.y));
 #endif
+    return radiance;
+}
+#endif
+
+// dir_env: unit length where it has a footprint or the environment is computed; else of any. ddx, ddy: how it changes
+// across the sample.
+vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
+#if SHOW == SHOW_FOOTPRINT
+    if (shown.a == 0.0) {
+        vec3 major, minor;
+        footprint_axes(ddx, ddy, major, minor);
+        shown = vec4(length(major), length(minor), 0.0, 1.0);
+    }
+#endif
+#if ENVIRONMENT == SKY
+    vec3 radiance = sky_radiance(dir_env, ddx, ddy, up, down, softness);
+#elif ENVIRONMENT == CHROME
+    vec3 radiance = chrome_radiance(dir_env, ddx, ddy, grey, silver, bands, sway);
+#elif ENVIRONMENT == FRACTAL
+    vec3 radiance = fractal_radiance(dir_env, ddx, ddy, sky, haze, rock, snow, relief, seed, steps);
+#elif ENVIRONMENT_FOOTPRINT && ANISOTROPY > 1
+    vec3 major, minor;
+    footprint_axes(ddx, ddy, major, minor);
+    float taps = footprint_taps(major, minor, texels_per_radian, float(ANISOTROPY));
+    vec3 step = major / taps;
+    vec3 radiance = vec3(0.0);
+    for (float i = 0.5 - 0.5 * taps; i < 0.5 * taps; i += 1.0) {
+        radiance += averaged_picture(normalize(dir_env + i * step), step, minor) / taps;
+    }
+#else
+    vec3 radiance = averaged_picture(dir_env, ddx, ddy);
 #endif
 #if EXPOSURE
     radiance *= exposure_factor;

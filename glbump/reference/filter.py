@@ -62,6 +62,15 @@ def footprint_axes(ddx: npt.ArrayLike, ddy: npt.ArrayLike) -> tuple[F64, F64]:
     return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
 
 
+def footprint_taps(
+    major: npt.ArrayLike, minor: npt.ArrayLike, texels_per_radian: npt.ArrayLike, most: npt.ArrayLike
+) -> F64:
+    """How many samples (...) along a footprint with these axes (..., 3): its length over its width, or its texels."""
+    long, short = (np.linalg.norm(np.asarray(axis, np.float64), axis=-1) for axis in (major, minor))
+    wanted = np.minimum(long / np.maximum(short, 1e-30), long * np.asarray(texels_per_radian))
+    return np.clip(np.ceil(wanted), 1, most)
+
+
 def quad_differences(values: npt.ArrayLike) -> tuple[F64, F64]:
     """dFdx and dFdy of values (H, W, C) on a grid of pixels, row 0 on top: differences within quads of 2x2 pixels,
     counted from the lower left as OpenGL does; each row and column of a quad has its own ("fine", as llvmpipe

@@ -33,6 +33,17 @@ def _picture(picture: EnvironmentMap, stored: Fit, quality: Quality, below: obje
     levels = [picture.pixels] if how == "bilinear" else _levels(picture, stored, quality.pyramid)
     chain = [replace(picture, pixels=stored.as_read(pixels)) for pixels in levels]
 
+    def look_along(dir_env: F64, ddx: F64, ddy: F64) -> F64:
+        major, minor = filters.footprint_axes(ddx, ddy)
+        taps = filters.footprint_taps(major, minor, picture.texels_per_radian, quality.anisotropy)[:, None]
+        step, light = major / taps, np.zeros_like(dir_env)
+        for i in range(int(taps.max(initial=0))):
+            some = np.flatnonzero(i < taps[:, 0])
+            moved = dir_env[some] + (i + 0.5 - 0.5 * taps[some]) * step[some]
+            moved /= np.linalg.norm(moved, axis=-1, keepdims=True)
+            light[some] += look_up(moved, step[some], minor[some]) / taps[some]
+        return light
+
     def look_up(dir_env: F64, ddx: F64, ddy: F64) -> F64:
         light = filters.through_levels(
             lambda i, chosen: sample(chain[i], dir_env[chosen]),
@@ -45,7 +56,7 @@ def _picture(picture: EnvironmentMap, stored: Fit, quality: Quality, below: obje
         share = filters.share_above(dir_env[:, 1], ddx[:, 1], ddy[:, 1])[:, None]
         return share * light + (1 - share) * np.array(below)
 
-    return look_up
+    return look_along if quality.anisotropy > 1 and how != "bilinear" else look_up
 
 
 def _levels(picture: EnvironmentMap, stored: Fit, wanted: str) -> list[F32]:
@@ -71,6 +82,7 @@ class Surroundings:
         how = quality.environment_filter
         self.has_footprint = how != "bilinear"
         self.texels_per_radian: float | None = None
+        self.has_taps = quality.bump_spread == "lean"
         self.look_up_averaged: _LookUp | None = None
         if isinstance(environment, Procedural):
             self.has_footprint = is_averaged(how, samples)
@@ -114,6 +126,8 @@ class Surroundings:
         if self.texels_per_radian is None:
             return self.exposure * self.look_up(dir_env, *spreads.widened_footprint(dir_env, ddx, ddy, spread, 12.0))
         wide = spreads.widened_footprint(dir_env, ddx, ddy, spread, 4.0)
+        if not self.has_taps:
+            return self.exposure * self.look_up(dir_env, *wide)
         step, *tap = spreads.spread_taps(*wide)
         longest = np.linalg.norm(wide[0], axis=-1, keepdims=True)
         is_long = longest * self.texels_per_radian > 1
