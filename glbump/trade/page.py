@@ -18,7 +18,7 @@ from glbump.quality import KNOBS
 from glbump.trade.errors import FIGURES
 from glbump.trade.features import explained
 from glbump.trade.settings import BASE, COMBINATION, FEATURE, KNOB, PRESET
-from glbump.trade.sweep import GAIN, Trade
+from glbump.trade.sweep import Trade
 
 THUMBNAIL = 112
 """Most pixels along a side of the page's small pictures."""
@@ -35,7 +35,7 @@ h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2.2rem;border-bottom:1px soli
 table{border-collapse:collapse;font-size:13px}th,td{padding:.25rem .5rem;text-align:right;vertical-align:middle}
 th{border-bottom:1px solid #888;font-weight:600}td{border-bottom:1px solid #eee}
 td.l,th.l{text-align:left}tr.best{background:#f2f7ec}tr.base{background:#eef3fa}
-img{display:block;image-rendering:auto;min-width:48px}code{font-size:13px}.n{color:#777}svg{max-width:100%;height:auto}
+code{font-size:13px}.n{color:#777}svg{max-width:100%;height:auto}
 p.note{background:#fff6dd;padding:.4rem .7rem}
 """
 
@@ -75,9 +75,9 @@ def page(trade: Trade, directory: Path, title: str, plot: str) -> str:
         "<h2>What the plan chose, and why</h2>",
         _choices(trade),
         "<h2>The figures, and what each cannot see</h2>",
-        _legend(),
+        _legend(base["gain"]),
     ]
-    head = f'<meta charset="utf-8"><title>{escape(title)}: the trade</title><style>{_STYLE}</style>'
+    head = f'<meta charset="utf-8"><title>{escape(title)}: the trade</title><style>{_STYLE}{draw.styles()}</style>'
     return f'<!doctype html><html lang="en"><head>{head}</head><body>{"".join(parts)}</body></html>\n'
 
 
@@ -89,7 +89,7 @@ def _about(trade: Trade, base: Row) -> Iterable[str]:
         + ("the float64 reference" if truth.source == "reference" else "this driver's own picture at exact")
         + f" with {truth.samples} samples a pixel, which may itself be off by {255 * truth.noise:.2g}/255 RMSE. "
         f"Times are by {escape(cost['clock'])}, each setting's frames in turns with the base's; "
-        "ratios are medians of turns, with quartiles.</p>"
+        "ratios are medians of turns, with quartiles, and milliseconds the base's times these.</p>"
     )
     for note in truth.notes:
         yield f'<p class="note">{escape(note)}</p>'
@@ -105,6 +105,8 @@ class _Table:
 
     def __init__(self, trade: Trade, base: Row, directory: Path) -> None:
         self._trade, self._base, self._directory = trade, base, directory
+        self._ms = (base["cost"]["gpu"] or base["cost"]["frame"])["median"]
+        self._shown: dict[str, str] = {}
 
     def table(self, rows: list[Row], named: Any = None) -> str:
         if not rows:
@@ -120,14 +122,13 @@ class _Table:
     def _row(self, row: Row, named: Any) -> str:
         cost, error = row["cost"], row["error"]
         kind = "base" if row["kind"] == BASE else "best" if row["name"] in self._trade.front else ""
-        clock = cost["gpu"] or cost["frame"]
         figures = "".join(f"<td>{_number(error[f], FIGURES[f].scale)}</td>" for f in _SHOWN)
         times = cost["times"]
         spread = f'<span class="n">{times["low"]:.2f} to {times["high"]:.2f}</span>'
         return (
             f'<tr class="{kind}"><td>{self._image(row, "picture")}</td><td>{self._image(row, "error")}</td>'
             f'<td class="l">{named(row)}</td><td class="l">{escape(self.says(row))}</td>{figures}'
-            f"<td>{clock['median']:.3g}</td><td>{times['median']:.2f}<br>{spread}</td>"
+            f"<td>{self._ms * times['median']:.3g}</td><td>{times['median']:.2f}<br>{spread}</td>"
             f"<td>{cost['first']:.0f}</td><td>{cost['bytes'] / 1e6:.2f}</td></tr>"
         )
 
@@ -136,10 +137,18 @@ class _Table:
         return "" if row["kind"] == BASE else says(row, self._base, self._trade.metric)
 
     def _image(self, row: Row, what: str) -> str:
-        shown = read_picture(self._directory / row["pictures"][what]).pixels
-        pixels = eight_bit(srgb_from_linear(shown))
-        data = base64.b64encode(png_bytes(_smaller(pixels, largest=what == "error"))).decode()
-        return f'<img src="data:image/png;base64,{data}" alt="{what} of {escape(row["name"])}">'
+        name = f"{what[0]}{row['key']}"
+        if name not in self._shown:
+            shown = read_picture(self._directory / row["pictures"][what]).pixels
+            pixels = _smaller(eight_bit(srgb_from_linear(shown)), largest=what == "error")
+            data = base64.b64encode(png_bytes(pixels)).decode()
+            size = f"width:{pixels.shape[1]}px;height:{pixels.shape[0]}px"
+            self._shown[name] = f".{name}{{{size};background:url(data:image/png;base64,{data})}}"
+        return f'<div class="{name}" role="img" aria-label="{what} of {escape(row["name"])}"></div>'
+
+    def styles(self) -> str:
+        """The pictures of all tables made so far, each once, however often it is shown."""
+        return "\n".join(self._shown.values())
 
 
 def says(row: Row, base: Row, metric: str) -> str:
@@ -195,13 +204,13 @@ def _choices(trade: Trade) -> str:
     return f'<table><tr><th class="l">choice</th><th class="l"></th><th class="l">why</th></tr>{rows}</table>'
 
 
-def _legend() -> str:
+def _legend(gain: float) -> str:
     rows = "".join(
         f'<tr><td class="l"><code>{name}</code></td><td class="l">{escape(f.what)}; {escape(f.unit)}</td>'
         f'<td class="l">{escape(f.blind)}</td></tr>'
         for name, f in FIGURES.items()
     )
-    magnified = f"<p>Pictures of errors show {GAIN:g} times the difference of what a display shows.</p>"
+    magnified = f"<p>Pictures of errors show {gain:g} times the difference of what a display shows.</p>"
     heads = '<tr><th class="l">figure</th><th class="l">is</th><th class="l">cannot see</th></tr>'
     return f"{magnified}<table>{heads}{rows}</table>"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable
@@ -23,9 +24,6 @@ from glbump.trade.metrics import difference_picture
 from glbump.trade.results import Results, Row, digest, scene_key
 from glbump.trade.settings import ALIKE, BASE, FEATURE, PRESET, Setting, combinations, front, one_at_a_time, presets
 from glbump.trade.truth import Truth, find_truth
-
-GAIN = 16.0
-"""How much pictures of errors magnify."""
 
 METRICS = tuple(name for name in FIGURES if name not in ("psnr", "silhouette", "normal", "normal_p99"))
 """Figures that a front can be of: less is better, and none is missing."""
@@ -68,14 +66,15 @@ class Trade:
     def lines(self) -> list[str]:
         """The presets and the front for people, as a table."""
         figure = FIGURES[self.metric]
+        cost = self.of(BASE)[0]["cost"]
+        base = (cost["gpu"] or cost["frame"])["median"]
         shown = [row for row in self.rows if row["kind"] in (BASE, PRESET) or row["name"] in self.front]
         shown = sorted((r for r in shown if r["kind"] != FEATURE), key=lambda row: row["cost"]["times"]["median"])
         lines = [f"{self.driver}: {self.metric} {figure.unit}, and frames' times to the base's"]
         for row in shown:
             error, times = figure.scale * row["error"][self.metric], row["cost"]["times"]["median"]
-            clock = (row["cost"]["gpu"] or row["cost"]["frame"])["median"]
             best = "on the front" if row["name"] in self.front else ""
-            lines.append(f"{error:9.3g}{times:9.2f}{clock:9.3g} ms  {best:12}  {row['name']}")
+            lines.append(f"{error:9.3g}{times:9.2f}{base * times:9.3g} ms  {best:12}  {row['name']}")
         return lines
 
     def facts(self) -> dict[str, Any]:
@@ -128,6 +127,7 @@ class Sweep:
         self.samples = Quality("exact", samples=check.integer("samples", samples, least=4, most=4096)).samples
         self._until = time.monotonic() + 60 * check.number("minutes", minutes, least=0, most=1e6)
         self._seconds = min(60.0, 15 * minutes)
+        self._gain = 1.0
         size, base = check_size(size), quality_of(base)
         self.results = Results(directory, scene_key(scene))
         self.bench = Bench(scene, size, base, backend)
@@ -207,10 +207,13 @@ class Sweep:
         own = {"name": setting.name, "kind": setting.kind, "changes": setting.changes}
         kept = self.results.get(key)
         if kept is not None and all((self.results.directory / name).is_file() for name in kept["pictures"].values()):
+            self._gain = kept["gain"]  # The base comes first.
             return kept | own
         if setting.kind != BASE and time.monotonic() > self._until:
             return None
         measured = bench.measure(setting.quality, setting.scene)
+        if setting.kind == BASE:
+            self._gain = gain_for(measured.error["p99"] or 0.0)
         return self.results.add(
             own
             | {
@@ -220,22 +223,28 @@ class Sweep:
                 "plan": measured.plan,
                 "error": measured.error,
                 "cost": measured.cost,
-                "pictures": self._pictures(key, measured),
+                "gain": self._gain,
+                "pictures": self._pictures(key, measured, self._gain),
             }
         )
 
-    def _pictures(self, key: str, measured: Measured) -> dict[str, str]:
+    def _pictures(self, key: str, measured: Measured, gain: float) -> dict[str, str]:
         assert self.bench.truth is not None
         black = np.zeros_like(measured.pixels)
         black[..., 3] = 1
         shown = {
             "picture": difference_picture(measured.pixels, black, 1.0),
-            "error": difference_picture(measured.pixels, self.bench.truth.pixels, GAIN),
+            "error": difference_picture(measured.pixels, self.bench.truth.pixels, gain),
         }
         names = {what: f"pictures/{key}-{what}.png" for what in shown}
         for what, pixels in shown.items():
             write_display(self.results.directory / names[what], eight_bit(pixels))
         return names
+
+
+def gain_for(error: float) -> float:
+    """How much pictures of errors magnify, so that one of `error` is about white: a power of two, 1 to 256."""
+    return 2.0 ** min(max(round(-math.log2(max(error, 1e-9))), 0), 8)
 
 
 def _front(rows: list[Row], metric: str) -> list[str]:

@@ -33,7 +33,7 @@ from glbump.trade.plots import Point, front_svg
 from glbump.trade.report import CSV, JSON, PAGE, PLOT, evidence, read_facts, write_report
 from glbump.trade.results import ROWS
 from glbump.trade.settings import BASE, FEATURE, KNOB, PRESET
-from glbump.trade.sweep import Sweep, Trade
+from glbump.trade.sweep import Sweep, Trade, gain_for
 from glbump.trade.truth import find_truth
 
 MIRROR = Material(metallic=1, roughness=0)
@@ -165,9 +165,9 @@ class _Page(HTMLParser):
         self.text = ""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag == "img":
-            self.images.append(dict(attrs)["src"] or "")
-        elif tag not in ("meta", "br"):
+        if dict(attrs).get("role") == "img" and tag == "div":
+            self.images.append(dict(attrs)["class"] or "")
+        if tag not in ("meta", "br"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -195,7 +195,10 @@ def test_the_page_stands_alone_and_says_all(reported: tuple[Trade, Path]) -> Non
     assert page.open == []
     assert "a <ball>" in page.text
     assert page.images
-    assert all(source.startswith("data:image/png;base64,") for source in page.images)
+    for name in page.images:
+        # Once, however often it is shown.
+        assert text.count(f".{name}{{") == 1
+    assert text.count("url(") == text.count("url(data:image/png;base64,") == len(set(page.images))
     # Nothing is fetched: the one address is that which names SVG.
     assert text.count("http") == text.count("http://www.w3.org/2000/svg") == 1
     for name in (
@@ -215,8 +218,13 @@ def test_pictures_are_of_their_settings(reported: tuple[Trade, Path]) -> None:
     trade, directory = reported
     for row in trade.rows:
         got = read_picture(directory / row["pictures"]["error"]).pixels
-        # Magnified by 16, in steps of 1/255; dark where the error is small.
-        assert (got.max() > 0) == (row["error"]["max"] > 0.5 / 255 / 16)
+        assert row["gain"] == trade.rows[0]["gain"]
+        # In steps of 1/255; dark where the error is small.
+        assert (got.max() > 0) == (row["error"]["max"] > 0.5 / 255 / row["gain"])
+
+
+def test_errors_are_magnified_to_be_seen() -> None:
+    assert [gain_for(e) for e in (1.0, 0.3, 1 / 16, 0.9 / 255, 0.0)] == [1, 4, 16, 256, 256]
 
 
 def test_csv_and_json_have_every_row(reported: tuple[Trade, Path]) -> None:
