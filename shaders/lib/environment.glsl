@@ -21,47 +21,6 @@ vec3 latlong_dir(vec2 uv) {
     return vec3(cos(latitude) * sin(longitude), sin(latitude), -cos(latitude) * cos(longitude));
 }
 
-// How latlong_uv changes where dir_env changes by `change`, without a jump where u does. Nothing is farther than half
-// of the picture: nearer to a pole than the footprint is long u would change without bound. At a pole, and
-// nearer to it than 1e-18, u is 1/2, as in latlong_uv.
-vec2 latlong_gradient(vec3 dir_env, vec3 change) {
-    vec3 d = unit_dir(dir_env);
-    vec3 turn = turning(dir_env, change);
-    float across = length(d.xz);
-    vec2 ahead = across > 0.0 ? d.xz / across : vec2(0.0, -1.0);
-    float east = (ahead.x * turn.z - ahead.y * turn.x) / max(across, 1e-18);
-    float down = d.y * dot(ahead, turn.xz) - across * turn.y;
-    return clamp(vec2(0.5 * INV_PI * east, INV_PI * down), -0.5, 0.5);
-}
-
-// Derivatives of latlong_uv across a pixel, for textureGrad: du/dx, dv/dx, du/dy, dv/dy. ddx, ddy: dir_env's.
-vec4 latlong_gradients(vec3 dir_env, vec3 ddx, vec3 ddy) {
-    return vec4(latlong_gradient(dir_env, ddx), latlong_gradient(dir_env, ddy));
-}
-
-// Solid angle of a direction's footprint, as a square on its longer side: by its true area a thin footprint would
-// have a fine level, and sparkle along its length. At most the whole sphere.
-float footprint_angle(vec3 dir_env, vec3 ddx, vec3 ddy) {
-    vec3 x = turning(dir_env, ddx);
-    vec3 y = turning(dir_env, ddy);
-    return clamp(max(dot(x, x), dot(y, y)), 1e-36, 4.0 / INV_PI);
-}
-
-// Mip level of a lat-long picture of `size` texels by solid angles: that of the footprint over that of a texel at
-// this latitude; at the poles, of those of the uppermost row.
-float latlong_level(vec3 dir_env, vec3 ddx, vec3 ddy, vec2 size) {
-    float across = max(length(unit_dir(dir_env).xz), 0.5 / (INV_PI * size.y));
-    float texel = 2.0 * across / (INV_PI * size.x * INV_PI * size.y);
-    return 0.5 * log2(footprint_angle(dir_env, ddx, ddy) / texel);
-}
-
-// Mip level of a cube with faces `size` texels wide, by solid angles: the face's derivatives jump by up to 0.7 of a
-// level at its edges, solid angles do not. A texel has 4 m^3 / size^2, m the largest component of the unit direction.
-float cube_level(vec3 dir_env, vec3 ddx, vec3 ddy, float size) {
-    float m = largest_part(unit_dir(dir_env));
-    return 0.5 * log2(footprint_angle(dir_env, ddx, ddy) * size * size / (4.0 * m * m * m));
-}
-
 // Direction through texel coordinates s (right), t (down), 0..1, of face 0..5 = +X -X +Y -Y +Z -Z: the OpenGL
 // table (OpenGL 4.6, table 8.19). Not normalised: its largest component is 1.
 vec3 cube_dir(int face, vec2 st) {

@@ -485,41 +485,6 @@ def _turn_bound(dir: Any, change: Any, want: F64) -> F64:
     return 12 * EPS * _reach(dir, change) + 2.0**-100 / longest + 2.0**-124
 
 
-def _off_pole(dir: Any, *more: Any) -> Any:
-    """Nearer to a pole than 1e-18 the square underflows, and it counts as one; no direction counts as up."""
-    d = np.abs(np.clip(np.asarray(dir, float), -3.4e38, 3.4e38))
-    across = np.hypot(d[:, 0], d[:, 2])
-    return (across > 1e-18 * d.max(axis=-1)) & (d.max(axis=-1) > 2e-23) | (across == 0)
-
-
-def _gradient_of_place_bound(dir: Any, *changes: Any) -> F64:
-    *sides, want = changes
-    d = np.clip(np.asarray(dir, float), -3.4e38, 3.4e38)
-    sine = np.hypot(d[:, 0], d[:, 2]) / np.maximum(length(d), 1e-300)
-    return np.concatenate(
-        [
-            off[:, None] * np.stack([1 / (2 * np.pi * np.maximum(sine, 1e-18)), np.full(len(d), 1 / np.pi)], axis=-1)
-            for off in (_turn_bound(dir, side, want) for side in sides)
-        ],
-        axis=-1,
-    ) + 8 * EPS * np.abs(want)
-
-
-def _seen_footprints(*size: Any) -> Callable[[], Rows]:
-    """Directions of all lengths and footprints across them from 1e-12 to 10 radians; none at all, and without end."""
-
-    def made() -> Rows:
-        d, *sides = _looks(3000, 1e-12, 10)
-        scale = inputs.log_uniform(len(d), 1e-10, 1e10, (1,), 6)
-        d, ddx, ddy = (d * scale, *(side * scale for side in sides))
-        ddx[:2], ddy[1:3], ddx[3], ddy[4] = 0.0, 0.0, np.inf, 3e38
-        # Along poles and seams, with nothing but themselves.
-        d[-6:], d[-12:-6] = inputs.axes(), 0.0
-        return (d, ddx, ddy, *(np.resize(s, (len(d), *np.shape(s)[1:])) for s in size))
-
-    return made
-
-
 def _places_in_a_room() -> tuple[Any, Any, Any]:
     """Points in and round rooms of sizes 1e-9 to 1e9 about the origin, directions of all lengths, and the sizes."""
     d = _scaled(inputs.directions(4000, 1), 1e-15, 1e15)
@@ -1228,33 +1193,6 @@ CASES: dict[str, Case] = {
         "two atan of 3.5e-6 rad, divided by 2 pi and pi; the ends of u are one meridian",
         abs=ATAN / np.pi + 2 * EPS,
         period=(1.0, 0.0),
-    ),
-    "environment.latlong_gradient": Case(
-        _turns,
-        "the turn's roundings, over the sine of the polar angle for u, and those of six factors",
-        abs=_gradient_of_place_bound,
-        where=_off_pole,
-    ),
-    "environment.latlong_gradients": Case(
-        lambda: (*_turns(), _turns()[1][::-1].copy()),
-        "two latlong_gradient",
-        abs=_gradient_of_place_bound,
-        where=_off_pole,
-    ),
-    "environment.footprint_angle": Case(
-        _seen_footprints(), "the turn's 12 roundings, squared: each half an ULP or less", ulps=24
-    ),
-    "environment.latlong_level": Case(
-        _seen_footprints(2 ** (inputs.uniform(64, 1, 14, (2,)) // 1)),
-        "log2 of 3 ULP at up to 126, halved; 24 ULP of what it is taken of, in units of half a level's 1.44",
-        ulps=3,
-        abs=24 * EPS * 1.44 + 1e-6,
-    ),
-    "environment.cube_level": Case(
-        _seen_footprints(2 ** (inputs.uniform(64, 0, 14) // 1)),
-        "as latlong_level, and a cube of 6 roundings each",
-        ulps=3,
-        abs=48 * EPS * 1.44 + 1e-6,
     ),
     "environment.latlong_dir": Case(
         _picture_places,
