@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -49,6 +50,7 @@ from glbump.scene import Scene, Surface, check_size
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 F32 = npt.NDArray[np.float32]
+Region = tuple[int, int, int, int]
 
 BACKGROUND, SEVERAL, UNSEEN = -1, -2, -3
 PIECES = 1 << 32
@@ -70,7 +72,7 @@ def render(
     *,
     quality: str | Quality = "exact",
     contents: Contents | None = None,
-    region: tuple[int, int, int, int] | None = None,
+    region: Region | None = None,
     show: str | None = None,
 ) -> Frame:
     """The picture that `glbump.render` at "exact" converges to: float64, ray-cast, no OpenGL.
@@ -88,13 +90,28 @@ def render(
     (2, H, W, 4) are the pictures of every other sample, as on a chessboard, and of the rest: half of their difference
     is about what the picture lacks for want of samples. Of one sample there are none.
     """
+    return render_regions(scene, size, [region], samples, quality=quality, contents=contents, show=show)[0]
+
+
+def render_regions(
+    scene: Scene,
+    size: tuple[int, int],
+    regions: Sequence[Region | None],
+    samples: int = 64,
+    *,
+    quality: str | Quality = "exact",
+    contents: Contents | None = None,
+    show: str | None = None,
+) -> list[Frame]:
+    """`render` of several regions of one picture, None for all of it; maps are made ready once."""
     started = time.perf_counter()
-    width, height = check_size(size)
+    size = check_size(size)
     check.instance("scene", scene, Scene)
     samples = check.integer("samples", samples, least=1, most=MOST_SAMPLES)
     contents, quality = contents or Contents(), quality_of(quality)
     if show is not None:
         check.choice("show", show, SHOWN)
+    checked = [_checked_region(region, size) for region in regions]
     given = set(scene.environments)
     if captured(scene):
         draw = partial(render, samples=quality.samples, quality=quality, contents=contents)
@@ -103,8 +120,14 @@ def render(
         contents.brightest(environment)
     shader = _Shader(scene, quality, contents, samples, frozenset(scene.environments) - given)
     shader.show, samples = show, 1 if show is not None else samples
-    left, top, across, down = _checked_region(region, (width, height))
-    steps = pixel_steps(scene.camera, (width, height))
+    return [_drawn(shader, size, region, samples, started) for region in checked]
+
+
+def _drawn(shader: _Shader, size: tuple[int, int], region: Region, samples: int, started: float) -> Frame:
+    """One region of the picture. started: when that was."""
+    scene = shader.scene
+    left, top, across, down = region
+    steps = pixel_steps(scene.camera, size)
     halves = np.zeros((2, down, across, 4))
     counts = [0, 0]
     seen = np.full((down, across), UNSEEN)
@@ -117,8 +140,8 @@ def render(
         counts[half] += 1
         for first, last in pairwise(edges):
             band, corner = slice(first, last), offset + (left, top + first)
-            origins, dirs = pixel_rays(scene.camera, (width, height), corner, (across, last - first))
-            places = [places_of(scene, i, mesh, (width, height), corner) for i, mesh in enumerate(shader.meshes)]
+            origins, dirs = pixel_rays(scene.camera, size, corner, (across, last - first))
+            places = [places_of(scene, i, mesh, size, corner) for i, mesh in enumerate(shader.meshes)]
             light, index = shader.shade(origins, dirs, places, steps)
             halves[half, band] += light
             seen[band] = np.where((seen[band] == UNSEEN) | (seen[band] == index), index, SEVERAL)
@@ -127,15 +150,15 @@ def render(
         "backend": "reference",
         "renderer": "NumPy float64",
         "samples": samples,
-        "notes": contents.notes(scene),
+        "notes": shader.contents.notes(scene),
         "surface": seen,
         "halves": _straight(halves / np.reshape(counts, (2, 1, 1, 1)) if samples > 1 else halves[:0]),
         "ms": {"all": 1e3 * (time.perf_counter() - started)},
     }
-    return Frame(pixels, stats, show=show)
+    return Frame(pixels, stats, show=shader.show)
 
 
-def _checked_region(region: tuple[int, int, int, int] | None, size: tuple[int, int]) -> tuple[int, int, int, int]:
+def _checked_region(region: Region | None, size: tuple[int, int]) -> Region:
     if region is None:
         return (0, 0, *size)
     left, top, width, height = region
