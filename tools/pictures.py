@@ -1,4 +1,5 @@
 """The pictures of docs/environments.md: exhibits of the gallery, small, and how each layout lies in a picture.
+And those of docs/filtering.md.
 
 Usage: python tools/pictures.py [FOLDER], by default docs/pictures; `make pictures`.
 """
@@ -24,6 +25,7 @@ from glbump.maps.files import write_atomically
 from glbump.maps.images import Picture
 from glbump.maps.layout import LAYOUTS, inside
 from glbump.maps.pictured import environment_of, picture_of
+from glbump.shown import ramp
 
 EXHIBITS = (
     "simple",
@@ -90,7 +92,21 @@ def layouts(folder: Path) -> None:
         write(folder / f"layout-{laid}.png", display_bytes(picture))
 
 
+def shown(folder: Path) -> None:
+    """What docs/filtering.md shows in place of light as show-NAME.png, and the ramp of its colours."""
+    (exhibit,) = chosen(("brick-ball",))
+    with tempfile.TemporaryDirectory() as temporary, Renderer() as renderer:
+        scene = exhibit.scene(Path(temporary))
+        write_maps(Path(temporary), maps_of(scene))
+        for name in ("level", "normal", "footprint", "cost"):
+            frame = renderer.render(scene, (200, 200), "balanced", show=name)
+            write(folder / f"show-{name}.png", frame.display()[..., :3])
+    codes = np.rint(255 * ramp(np.linspace(0, 1, 200))).astype(np.uint8)
+    write(folder / "ramp.png", np.repeat(codes[None], 12, axis=0))
+
+
 if __name__ == "__main__":
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parents[1] / "docs" / "pictures"
     layouts(target)
     gallery(target)
+    shown(target)
