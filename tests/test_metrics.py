@@ -14,7 +14,7 @@ from glbump.frame import Frame
 from glbump.maps.images import linear_from_srgb, srgb_from_linear
 from glbump.trade.metrics import compare, difference_picture, side_by_side, write_comparison
 
-FIGURES = ("max", "mean", "p99", "rmse", "psnr", "flip", "ssim")
+FIGURES = ("max", "mean", "p99", "p999", "rmse", "psnr", "flip", "ssim")
 
 
 def picture(seed: int = 0) -> np.ndarray:
