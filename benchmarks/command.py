@@ -29,6 +29,7 @@ SECTIONS = (
     "gloss",
     "conversion",
     "promise",
+    "window",
 )
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 INTRO = (

@@ -25,6 +25,7 @@ from benchmarks import (
     plain,
     scenes,
     soak,
+    window,
 )
 from benchmarks.figures import Section, Table, Target, markdown, write
 from benchmarks.noted import deviation, largest
@@ -178,6 +179,7 @@ SECTIONS = [
     conversion,
     normal_formats,
     normals,
+    window,
 ]
 
 

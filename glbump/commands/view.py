@@ -66,10 +66,9 @@ def view(
 
     if not output.is_dir():
         raise SceneError(f"{output}: there is no such folder to save in; make it first")
-    opens = gallery()
     if file is not None:
         require_there(file)
-        opens = (partial(opened, file),)
+    opens = gallery() if file is None else (partial(opened, file),)
     viewer = Viewer(opens, size=size, quality=quality, tone=tone, exposure=exposure, folder=output)
     # An interrupt closes the window as its button does; amid a call of the driver it would end the process otherwise.
     interrupts: list[int] = []

@@ -12,9 +12,9 @@ import glfw
 
 from glbump.viewer import navigation
 from glbump.viewer.actions import ACTIONS, FLIGHT, Action
-from glbump.viewer.picking import pick
 
 if TYPE_CHECKING:
+    from glbump.viewer.picking import Picked
     from glbump.viewer.window import Viewer
 
 ACTION = "action"
@@ -201,7 +201,9 @@ class Hands:
         else:
             viewer.shown.move(lambda camera: navigation.orbit(navigation.zoom(camera, up, at), across / 48, 0))
 
-    def _under(self) -> Any:
+    def _under(self) -> Picked | None:
+        from glbump.viewer.picking import pick
+
         return pick(self._viewer.shown.scene, self._viewer.shown.contents, self._at, self._viewer.stage.room)
 
     def _pivot(self) -> None:

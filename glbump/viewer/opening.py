@@ -9,29 +9,29 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from glbump import demo
 from glbump.camera import Camera
 from glbump.contents import Contents
-from glbump.demo.gallery import CHROME, GOLD, maps_of
 from glbump.environment import CubeMap, Environment, HemiCube, Hemisphere, LatLong, LightProbe, Octahedral
 from glbump.errors import GlbumpError, ImageError, MeshError, SceneError
 from glbump.maps.containers import TEXTURE_SUFFIXES
-from glbump.maps.detect import detect
 from glbump.maps.facefiles import face_files
 from glbump.maps.images import colour_of
-from glbump.maps.lint.use import COLOUR, ENVIRONMENT, HEIGHT, use_of
-from glbump.maps.rows import open_heights
 from glbump.maps.stored import check_file, read_stored
-from glbump.maps.unfolding import UNFOLDINGS
 from glbump.plan.surfaces import world_bounds
 from glbump.scene import Bump, NormalMap, Scene, Surface
 from glbump.scenefile import load_scene
 from glbump.shapes import MESHES, MeshFile, Plane, Torus, Transform
 from glbump.viewer.navigation import fitted
+
+if TYPE_CHECKING:
+    from glbump.demo import Exhibit
+
+# What a scene file does not need is imported where it is: its first frame is the sooner there.
 
 MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb")
 STEEP = 0.05
@@ -57,6 +57,8 @@ def kind_of(path: Path) -> tuple[str, str]:
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return SCENE, "its name ends in .toml"
+    from glbump.maps.lint.use import COLOUR, ENVIRONMENT, HEIGHT, use_of
+
     if suffix in MESH_SUFFIXES:
         check_file(path)
         return MESH, f"its name ends in {suffix}"
@@ -90,6 +92,9 @@ def opened(path: Path, contents: Contents) -> Subject:
     kind, why = kind_of(path)
     if kind == SCENE:
         return Subject(path.name, load_scene(path), path.name, path)
+    from glbump import demo
+    from glbump.demo.gallery import GOLD
+
     title = f"{path.name} ({kind}, since {why})"
     if kind == PANORAMA:
         ball = demo.chosen(["mirror-ball"])[0].scene(path)
@@ -110,8 +115,10 @@ def opened(path: Path, contents: Contents) -> Subject:
 
 def gallery() -> tuple[Callable[[Contents], Subject], ...]:
     """The demo's scenes, each made when it is asked for."""
+    from glbump import demo
+    from glbump.demo.gallery import maps_of
 
-    def show(exhibit: demo.Exhibit, _: Contents) -> Subject:
+    def show(exhibit: Exhibit, _: Contents) -> Subject:
         names = sorted(maps_of(exhibit.scene(Path())))
         scene = exhibit.scene(_demo_maps(names))
         return Subject(exhibit.name, scene, exhibit.title, tone="filmic", exposure=exhibit.exposure)
@@ -150,6 +157,9 @@ def environment_in(path: Path) -> Environment:
     """The environment that a picture, a texture file or a folder of six holds. ImageError where it cannot be read."""
     if path.suffix.lower() in TEXTURE_SUFFIXES or face_files(path) is not None:
         return CubeMap(path)
+    from glbump.maps.detect import detect
+    from glbump.maps.unfolding import UNFOLDINGS
+
     layout = detect(colour_of(read_stored(path))).layout
     if layout in UNFOLDINGS:
         layout = UNFOLDINGS[layout].layout.name
@@ -167,6 +177,8 @@ def bump_in(path: Path, kind: str, *, width: float) -> Bump | NormalMap:
     """Heights or normals as a bump whose tile is `width` wide, in world units."""
     if kind == NORMALS:
         return NormalMap(path)
+    from glbump.maps.rows import open_heights
+
     with open_heights(path, None) as heights:
         # Whole numbers span 0..1; floats are lengths in who knows what unit.
         span = 1.0 if heights.full != 1 else float(np.ptp(heights.read(0, heights.height)))
@@ -175,6 +187,8 @@ def bump_in(path: Path, kind: str, *, width: float) -> Bump | NormalMap:
 
 def with_mesh(scene: Scene, path: Path, contents: Contents) -> Scene:
     """A mesh in place of the surfaces, all of it in the picture, from a little above."""
+    from glbump.demo.gallery import CHROME
+
     surface = Surface(MeshFile(path), CHROME)
     box = world_bounds(surface, contents)
     camera = fitted(Camera(eye=(0.35, 0.3, 1.0), fov=40), box, 1.0)
@@ -190,6 +204,8 @@ def bounds(scene: Scene, contents: Contents) -> npt.NDArray[np.float64] | None:
 def _demo_maps(names: list[str]) -> Path:
     """The folder of the demo's maps, with these in it. They are computed once for each version of the package, and
     kept among the user's caches; where there is no writing, for this time alone."""
+    from glbump import demo
+
     recipe = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(demo.__file__).parent.glob("*.py"))))
     caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     folder = caches / "glbump" / f"demo-{recipe.hexdigest()[:12]}"

@@ -34,8 +34,9 @@ SIZES = (1.0, 0.85, 0.7, 0.55, 0.45)
 """Shares of the letters' size that are tried, so that what is long is small before it is not there."""
 
 
-def plates(viewer: Viewer, size: tuple[int, int], ratio: float) -> list[Box]:
-    """The plates for a window of `size` pixels, with `ratio` pixels to a point; those that find no room are not."""
+def plates(viewer: Viewer, size: tuple[int, int], ratio: float, line: str | None = None) -> list[Box]:
+    """The plates for a window of `size` pixels, with `ratio` pixels to a point; those that find no room are not. line:
+    the one at the bottom, in place of `status`."""
     width, height = size
     gap = round(POINTS * ratio / 2)
     boxes: list[Box] = []
@@ -51,7 +52,7 @@ def plates(viewer: Viewer, size: tuple[int, int], ratio: float) -> list[Box]:
         return 0
 
     shown = viewer.shown
-    bottom = height - gap - lay(status(viewer), "plain", 0, height - gap)
+    bottom = height - gap - lay(status(viewer) if line is None else line, "plain", 0, height - gap)
     top = gap
     for text, kind in ((shown.trouble, "error"), (shown.work, "note"), (shown.note, "note")):
         if text:

@@ -20,7 +20,7 @@ from glbump.quality import Quality
 from glbump.scene import Scene
 from glbump.viewer.hands import ACTION, Hands
 from glbump.viewer.pace import Pace, Step, scaled
-from glbump.viewer.plates import plates
+from glbump.viewer.plates import plates, status
 from glbump.viewer.showing import Open, Showing
 from glbump.viewer.stage import Stage, Timing
 
@@ -69,6 +69,8 @@ class Viewer:
         self._pace = Pace()
         self._drawn = Drawn(-1, Step(1, 1.0))
         self._looked, self._title = 0.0, ""
+        # The line at the bottom, and since when: figures that change with every frame are not read.
+        self._told, self._line, self._rests = 0.0, "", False
         self._before: tuple[int, int, int, int] | None = None
         self.hands.listen()
         self.shown.go(0)
@@ -164,7 +166,8 @@ class Viewer:
     def _draw(self, step: Step) -> None:
         shown, version = self.shown, self.shown.version
         # What is drawn out at rest is given up for the first thing that happens.
-        stop = self._is_disturbed if self._drawn.version == version else None
+        self._rests = self._drawn.version == version
+        stop = self._is_disturbed if self._rests else None
         try:
             timing = self.stage.draw(shown.scene, shown.quality, step, stop)
         except ContextError:
@@ -196,7 +199,10 @@ class Viewer:
         if shown.subject.title != self._title:
             self._title = shown.subject.title
             glfw.set_window_title(self.stage.window, f"{self._title} - glbump")
-        boxes = plates(self, self.stage.size, self.stage.ratio)
+        now = time.perf_counter()
+        if now - self._told > LOOK or self._rests:
+            self._told, self._line = now, status(self)
+        boxes = plates(self, self.stage.size, self.stage.ratio, self._line)
         over = self.panel.draw if self.panel is not None and self.panel.is_shown else None
         ms = self.stage.present(shown.tone, shown.exposure, boxes, over)
         if self.timings:
