@@ -21,6 +21,7 @@ SECTIONS = (
     "bench_glsltest",
     "soak",
     "kernels",
+    "afar",
     "normal_formats",
     "normals",
     "layouts",

@@ -355,6 +355,7 @@ vec3 mirrored(Varied p_room, Varied look, mat3 spread, float rough) {
 #if SPREAD && ENVIRONMENT < SKY
     // A level's texel is averaged by the box that it covers and by the tent between texels: 1/12 + 1/6 of its square.
     widened_footprint(dir_env, ddx, ddy, spread, 4.0, ddx, ddy);
+#if SPREAD == LEAN
     vec3 step;
     vec3 tap_x, tap_y;
     spread_taps(ddx, ddy, step, tap_x, tap_y);
@@ -367,6 +368,7 @@ vec3 mirrored(Varied p_room, Varied look, mat3 spread, float rough) {
         }
         return sum / float(SPREAD_TAPS);
     }
+#endif
 #elif SPREAD
     // What is computed is averaged over the footprint itself, of which the variance is 1/12.
     widened_footprint(dir_env, ddx, ddy, spread, 12.0, ddx, ddy);

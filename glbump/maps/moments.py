@@ -27,7 +27,7 @@ def toksvig_levels(slopes: npt.NDArray[Any], unit: float, *, are_lengths: bool) 
     on it: theirs are taken as gentle, where that is the mean of both axes' variances; of steep ones Toksvig's is less.
     """
     if not are_lengths:
-        return [(moments[..., :1] + moments[..., 2:]) / 2 for moments in lean_levels(slopes, unit)]
+        return [np.float32(0.5) * (level[..., :1] + level[..., 2:]) for level in lean_levels(slopes, unit)]
     normals = np.concatenate([slopes, np.ones_like(slopes[..., :1])], axis=-1, dtype=np.float64)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     result = []

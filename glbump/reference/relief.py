@@ -91,8 +91,8 @@ class Relief:
                 total += spread.spread_along(t, b, moments)
             elif bump.scaling == "parameter":
                 gradient += bumps.invariant_gradient(n_env, dpdu, dpdv, slope)
-                axes = (bumps.invariant_gradient(n_env, dpdu, dpdv, np.eye(2)[i]) for i in (0, 1))
-                total += spread.spread_along(*axes, moments)
+                along_u, along_v = (bumps.invariant_gradient(n_env, dpdu, dpdv, unit) for unit in np.eye(2))
+                total += spread.spread_along(along_u, along_v, moments)
             elif layer.kind == SCREEN:
                 on_screen += bump.amplitude * value[:, 2]
             else:
@@ -105,8 +105,8 @@ class Relief:
             dpdu, dpdv = dpdu + height[:, None] * dndu, dpdv + height[:, None] * dndv
         else:
             gradient += bumps.surface_gradient(n_env, dpdu, dpdv, by_uv)
-        axes = (bumps.surface_gradient(n_env, dpdu, dpdv, np.eye(2)[i]) for i in (0, 1))
-        total += spread.spread_along(*axes, by_uv_moments)
+        by_u, by_v = (bumps.surface_gradient(n_env, dpdu, dpdv, unit) for unit in np.eye(2))
+        total += spread.spread_along(by_u, by_v, by_uv_moments)
         if on_screen.any():
             both = zip(at.differences(p @ linear.T), at.differences(on_screen[:, None]), strict=True)
             (p_x, h_x), (p_y, h_y) = both
