@@ -52,7 +52,8 @@ class Relief:
         kept = np.float32 if layer.stored.name == "float" else np.float16
         unit = contents.steepest(layer.bump, layer.kernel) or 1.0
         levels = [
-            level[::-1].astype(kept).astype(np.float64) * unit**2 for level in layer.spread(contents, quality.bump_spread)
+            level[::-1].astype(kept).astype(np.float64) * unit**2
+            for level in layer.spread(contents, quality.bump_spread)
         ]
         if quality.bump_spread == "lean":
             return levels
