@@ -82,9 +82,9 @@ class Relief:
                 total += spread.carried_spread(tangential @ np.linalg.inv(linear).T, around)
                 on_screen += above if layer.kind == SCREEN else 0.0
                 continue
-            place, changes = uv * bump.map_repeat, (duv[0] * bump.map_repeat, duv[1] * bump.map_repeat)
-            value = self._read(layer, levels, place, changes)
-            moments = self._moments(layer, levels, spreads, place, changes)
+            place, moved = uv * bump.map_repeat, (duv[0] * bump.map_repeat, duv[1] * bump.map_repeat)
+            value = self._read(layer, levels, place, moved)
+            moments = self._moments(layer, levels, spreads, place, moved)
             slope = value[:, :2] * bump.slope_scale
             if isinstance(bump, NormalMap):
                 t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
