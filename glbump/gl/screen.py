@@ -27,11 +27,13 @@ _PICTURE = 0
 
 class Box(NamedTuple):
     """A picture laid on the window. pixels: (H, W, 4) bytes, straight sRGB and alpha, row 0 on top; the same array is
-    uploaded once. x, y: of its upper left corner, in pixels from the window's."""
+    uploaded once. x, y: of its upper left corner, in pixels from the window's. size: (width, height) on the window, the
+    picture's own unless given."""
 
     pixels: npt.NDArray[np.uint8]
     x: int
     y: int
+    size: tuple[int, int] | None = None
 
 
 class Batch(NamedTuple):
@@ -99,8 +101,8 @@ class Screen:
         vertices = np.zeros((len(boxes), 4), VERTEX)
         corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
         vertices["texcoord"], vertices["tint"] = corners, 255
-        for quad, (pixels, x, y) in zip(vertices, boxes):
-            quad["place"] = (x, y) + corners * pixels.shape[1::-1]
+        for quad, (pixels, x, y, wanted) in zip(vertices, boxes):
+            quad["place"] = (x, y) + corners * (wanted or pixels.shape[1::-1])
         indices = 4 * np.arange(len(boxes))[:, None] + [0, 1, 2, 0, 2, 3]
         whole = (0.0, 0.0, float(size[0]), float(size[1]))
         batches = [Batch(id(box.pixels), 6 * i, 6, whole) for i, box in enumerate(boxes)]

@@ -92,6 +92,11 @@ class Hands:
     # ------------------------------------------------------------ keys
 
     @property
+    def at(self) -> tuple[float, float]:
+        """Where the cursor is, as `place` says."""
+        return self._at
+
+    @property
     def mods(self) -> int:
         """Modifiers that are held."""
         return sum({_MODIFIERS[key] for key in self._held if key in _MODIFIERS})

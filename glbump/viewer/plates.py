@@ -19,7 +19,9 @@ def status(viewer: Viewer) -> str:
     step, quality = viewer.drawn, viewer.shown.quality
     parts = [viewer.shown.subject.name or "nothing opened", f"{width}x{height}"]
     name = quality.preset if quality == type(quality)(quality.preset) else f"{quality.preset}, changed"
-    if step == Step(quality.samples, 1.0):
+    if viewer.shown.view is not None:
+        parts.append(f"{viewer.shown.view}, at {name}")
+    elif step == Step(quality.samples, 1.0):
         parts.append(f"{name}, {quality.samples} samples" if quality.samples > 1 else name)
     else:
         across, down = scaled((width, height), step.scale)
@@ -54,7 +56,7 @@ def plates(viewer: Viewer, size: tuple[int, int], ratio: float, line: str | None
     shown = viewer.shown
     bottom = height - gap - lay(status(viewer) if line is None else line, "plain", 0, height - gap)
     top = gap
-    for text, kind in ((shown.trouble, "error"), (shown.work, "note"), (shown.note, "note")):
+    for text, kind in ((shown.trouble, "error"), (shown.work, "note"), (shown.note, "note"), (shown.told, "plain")):
         if text:
             top += lay(text, kind, top, bottom)
     if shown.shows_help:

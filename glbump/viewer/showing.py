@@ -15,6 +15,7 @@ from glbump.gl.source import SUFFIXES, find_shaders
 from glbump.quality import Quality, quality_of
 from glbump.scene import Scene, with_value
 from glbump.scenefile import files_of, load_scene
+from glbump.shown import SHOWN
 from glbump.viewer import navigation, opening
 from glbump.viewer.opening import Subject
 from glbump.viewer.watch import Watch
@@ -30,7 +31,8 @@ class Showing:
 
     opens: what there is to show, each made when it is its turn. tone, exposure: in place of the subjects' own.
     version: goes up when the picture has to be drawn anew; changed: when it last did. exposed: how often what there is
-    has still to be brought to the screen. note: what was done, for a while; work: what is being done.
+    has still to be brought to the screen. note: what was done, for a while; work: what is being done;
+    told: of a pixel, until the picture changes. view: what is shown in place of light, a name of glbump.shown.
     """
 
     def __init__(
@@ -49,7 +51,8 @@ class Showing:
         self.scene, self.tone, self.exposure = self.subject.scene, self.subject.tone, self.subject.exposure
         self.version, self.changed, self.exposed = 0, 0.0, 1
         self._troubles: dict[str, str] = {}
-        self.note, self.work = "", ""
+        self.note, self.work, self.told = "", "", ""
+        self.view: str | None = None
         self.shows_help = False
         self._note_until = 0.0
         self._jobs: list[Iterator[str]] = []
@@ -60,6 +63,7 @@ class Showing:
         """The picture has to be drawn anew."""
         self.version += 1
         self.changed = time.perf_counter()
+        self.told = ""
 
     def expose(self, times: int = 1) -> None:
         """The picture has to be brought to the screen again, with what lies over it."""
@@ -114,6 +118,13 @@ class Showing:
         """Another quality: a preset's name, or knobs of one's own."""
         self.quality = quality_of(quality)
         self.touch()
+
+    def show_view(self, steps: int) -> None:
+        """The next of light and of what glbump.shown names, or the one before."""
+        views = (None, *SHOWN)
+        self.view = views[(views.index(self.view) + steps) % len(views)]
+        self.touch()
+        self.say("light" if self.view is None else f"{self.view}: {SHOWN[self.view].colours}")
 
     def show_as(self, *, tone: str | None = None, exposure: float | None = None) -> None:
         """Another tone curve, or exposure in stops; nothing is drawn anew."""
@@ -196,6 +207,11 @@ class Showing:
         self.forgive(what)
         return True
 
+    def tell(self, text: str) -> None:
+        """Rows of two columns, until the picture changes."""
+        self.told = text
+        self.expose()
+
     def complain(self, what: str, error: Exception) -> None:
         """Something went wrong."""
         self._troubles[what] = told(error)
@@ -244,7 +260,7 @@ class Showing:
     def stop(self) -> None:
         """Give up what goes on, and put all plates away."""
         stopped = self._jobs
-        self._jobs, self.work, self.note, self.shows_help = [], "", "", False
+        self._jobs, self.work, self.note, self.told, self.shows_help = [], "", "", "", False
         self._troubles.clear()
         if stopped:
             self.say("stopped")

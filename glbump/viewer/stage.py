@@ -8,6 +8,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import glfw
+import numpy as np
+import numpy.typing as npt
 
 from glbump.contents import Contents
 from glbump.gl.context import Context, open_window
@@ -17,6 +19,8 @@ from glbump.gl.screen import Box, Screen
 from glbump.quality import Quality
 from glbump.scene import Scene
 from glbump.viewer.pace import Step, scaled
+
+Bytes = npt.NDArray[np.uint8]
 
 
 class Timing(NamedTuple):
@@ -31,7 +35,7 @@ class Timing(NamedTuple):
 class Stage:
     """A visible window with a renderer in it. Raises ContextError where none can be opened.
 
-    left: pixels of its left side that are not the picture's.
+    left: pixels of its left side that are not the picture's. view: what is shown in place of light, in colours.
     """
 
     def __init__(self, size: tuple[int, int], title: str, contents: Contents) -> None:
@@ -42,6 +46,7 @@ class Stage:
         self.renderer = Renderer(context=self.context, contents=contents)
         self.screen = Screen(self.context)
         self.picture: Drawn | None = None
+        self.view: Bytes | None = None
         self.left = 0
 
     @property
@@ -80,6 +85,12 @@ class Stage:
         planned = float(drawn.stats["ms"]["plan and upload"])
         return Timing(planned, 1e3 * (time.perf_counter() - started) - planned, 0.0)
 
+    def draw_view(self, scene: Scene, quality: Quality, view: str, step: Step) -> Timing:
+        """A new `view`: raw values read back, and coloured by the CPU."""
+        started = time.perf_counter()
+        self.view = self.renderer.render(scene, scaled(self.room, step.scale), quality, show=view).display()
+        return Timing(0.0, 1e3 * (time.perf_counter() - started), 0.0)
+
     def present(
         self, tone: str, exposure: float, boxes: Iterable[Box], over: Callable[[], None] | None = None
     ) -> float:
@@ -87,7 +98,8 @@ class Stage:
         started = time.perf_counter()
         size = self.size
         self.screen.show(self.picture and self.picture.frame, size, tone, exposure, left=self.left)
-        self.screen.lay(boxes, size)
+        view = [] if self.view is None else [Box(self.view, self.left, 0, self.room)]
+        self.screen.lay([*view, *boxes], size)
         if over is not None:
             over()
         glfw.swap_buffers(self.window)

@@ -153,12 +153,13 @@ class Viewer:
 
     @property
     def _whole(self) -> Step:
-        return Step(self.shown.quality.samples, 1.0)
+        # Views have one sample in the middle of each pixel.
+        return Step(1 if self.shown.view else self.shown.quality.samples, 1.0)
 
     def _next_step(self, now: float) -> Step | None:
         """How the next frame is drawn: fast at first, finer where nothing changes any more; None where none is due."""
         if self._drawn.version != self.shown.version:
-            return self._pace.moving(self.stage.room, self.shown.quality.samples)
+            return self._pace.moving(self.stage.room, self._whole.samples)
         if self._drawn.step == self._whole or now < self.shown.changed + REST:
             return None
         return Step(1, 1.0) if self._drawn.step.scale < 1 else self._whole
@@ -169,7 +170,11 @@ class Viewer:
         self._rests = self._drawn.version == version
         stop = self._is_disturbed if self._rests else None
         try:
-            timing = self.stage.draw(shown.scene, shown.quality, step, stop)
+            if shown.view is not None:
+                timing: Timing | None = self.stage.draw_view(shown.scene, shown.quality, shown.view, step)
+            else:
+                self.stage.view = None
+                timing = self.stage.draw(shown.scene, shown.quality, step, stop)
         except ContextError:
             if not self.stage.context.is_lost:
                 raise
@@ -230,6 +235,16 @@ class Viewer:
         self.hands.listen()
         self.shown.say("the GPU was reset; all that was on it has been made again")
         self.shown.touch()
+
+    def inspect(self) -> None:
+        """Tell of the pixel under the cursor."""
+        width, height = self.stage.room
+        across, up = self.hands.at
+        x, y = int(across * height + width / 2), int((0.5 - up) * height)
+        if 0 <= x < width and 0 <= y < height:
+            from glbump.viewer.inspecting import inspect
+
+            self.shown.begin(inspect(self, x, y))
 
     def reload(self) -> None:
         """Read the scene and the shaders anew, and whatever else has changed."""

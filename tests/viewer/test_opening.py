@@ -182,3 +182,17 @@ def test_the_table_of_keys_is_whole() -> None:
     text = " ".join(pressed for pressed, _ in rows)
     assert "Page Down / N,  Page Up / P" in text
     assert "_" not in text
+
+
+def test_quads_hold_their_pixel() -> None:
+    """Whole quads from the lower left corner, cut off by the picture's other sides."""
+    from glbump.viewer.inspecting import quad
+
+    for size in ((4, 4), (5, 3), (1, 1), (2, 7)):
+        for x in range(size[0]):
+            for y in range(size[1]):
+                left, top, width, height = quad(x, y, size)
+                assert left <= x < left + width <= size[0]
+                assert top <= y < top + height <= size[1]
+                assert left % 2 == 0
+                assert (size[1] - top - height) % 2 == 0

@@ -109,6 +109,56 @@ def test_every_movement_of_the_mouse(folder: Path) -> None:
 
 
 @in_window
+def test_views_are_those_of_the_renderer(folder: Path) -> None:
+    """V goes through them, and back to light; each is what Frame.display makes of it, to the byte."""
+    from glbump.shown import SHOWN
+
+    with viewing() as viewer:
+        light = shot(viewer)
+        for name in SHOWN:
+            press(viewer, "v")
+            settle(viewer)
+            assert viewer.shown.view == name
+            frame = viewer.stage.renderer.render(viewer.shown.scene, viewer.stage.room, "balanced", show=name)
+            viewer._present()
+            assert np.array_equal(viewer.stage.view, frame.display())
+        while viewer.shown.view != "normal":
+            press(viewer, "v", control=True)
+        settle(viewer)
+        before = viewer.stage.view
+        drag(viewer, (50, 50), (60, 55))
+        settle(viewer)
+        assert (viewer.stage.view != before).any(), "it follows the camera"
+        press(viewer, "r")
+        while viewer.shown.view is not None:
+            press(viewer, "v")
+        settle(viewer)
+        assert viewer.shown.view is None
+        assert np.array_equal(shot(viewer), light)
+
+
+@in_window
+def test_a_pixel_tells_what_it_is_made_of(folder: Path) -> None:
+    """As the renderer, the shape and the reference have it: here the ball's point (0, 0, 1)."""
+    with viewing(size=(161, 121)) as viewer:
+        tell(viewer, "cursor_pos", 80.5, 60.5)
+        press(viewer, "i")
+        settle(viewer)
+        rows = dict(line.split("\t") for line in viewer.shown.told.splitlines())
+        assert rows["pixel"].startswith("80, 60")
+        assert np.allclose([float(x) for x in rows["normal"].split()], (0, 0, 1), atol=1e-3)
+        assert np.allclose([float(x) for x in rows["uv"].split()][:2], 0.5, atol=1e-3)
+        assert np.allclose([float(x) for x in rows["reflection"].split()], (0, 0, 1), atol=1e-3)
+        frame = viewer.stage.renderer.render(viewer.shown.scene, (161, 121))
+        assert np.allclose([float(x) for x in rows["light"].split()], frame.pixels[60, 80, :3], rtol=1e-3)
+        truth = [float(x) for x in rows["reference, 64 samples"].split()]
+        assert np.allclose(truth, frame.pixels[60, 80, :3], atol=0.02)
+        assert int(rows["off on the screen"].split()[0]) <= 4
+        drag(viewer, (50, 50), (60, 55))
+        assert viewer.shown.told == "", "it was of another picture"
+
+
+@in_window
 def test_a_double_click_sets_the_pivot(folder: Path) -> None:
     with viewing() as viewer:
         for _ in range(2):
