@@ -23,7 +23,7 @@ from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, DIFFUSES, GENERAL, MESH
 from glbump.reference.lobe import sample_number
 from glbump.reference.reflect import f0_from_ior
-from glbump.relief import Layer
+from glbump.relief import LEVEL_WIDTH, Layer
 from glbump.scene import MOST_BUMPS, Bump, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
@@ -230,7 +230,7 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
         values["spread_scale"] = _of_layers(
             [_spread_scale(scale, layer, contents) for scale, layer in zip(values["slope_scale"], how.layers)]
         )
-        values["bump_footprint"] = plan.footprint
+        values["bump_footprint"] = plan.footprint * LEVEL_WIDTH
     material = surface.material
     f0 = f0_from_ior(material.ior)
     color = np.array(material.base_color)

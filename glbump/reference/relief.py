@@ -16,7 +16,7 @@ from glbump.reference import encodings, footprint, gradients, spread
 from glbump.reference import filter as filters
 from glbump.reference.cast import Hits
 from glbump.reference.varied import Place, Varied, turned_change
-from glbump.relief import HEIGHTS, SCREEN, Layer, layers, terms
+from glbump.relief import HEIGHTS, LEVEL_WIDTH, SCREEN, Layer, layers, terms
 from glbump.scene import Bump, NormalMap, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
@@ -30,7 +30,7 @@ class Relief:
 
     def __init__(self, surface: Surface, quality: Quality, contents: Contents, samples: int) -> None:
         self.surface, self.how = surface, quality.bump_filter
-        self.footprint = samples**-0.5
+        self.footprint = samples**-0.5 * LEVEL_WIDTH
         self.layers = layers(surface, quality, contents)
         self.full = bool(self.layers) and terms(surface, self.layers, quality, contents).full
         self._maps = [self._levels(layer, contents) for layer in self.layers]
