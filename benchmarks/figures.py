@@ -66,14 +66,15 @@ def markdown(section: Section, measured_on: str = "") -> str:
     """The section as a piece of a Markdown page. measured_on: where, if not where the rest of the page was."""
     parts = [f"## {section.title}", *([f"Measured on: {measured_on}."] if measured_on else []), section.text]
     for table in section.tables:
-        parts.append(_grid(table))
+        parts.append(grid(table))
     if section.targets:
         rows = [[t.what, t.got, t.allowed, "yes" if t.kept else "**no**"] for t in section.targets]
-        parts.append(_grid(Table(("promised", "measured", "allowed", "kept"), rows)))
+        parts.append(grid(Table(("promised", "measured", "allowed", "kept"), rows)))
     return "\n\n".join(parts)
 
 
-def _grid(table: Table) -> str:
+def grid(table: Table) -> str:
+    """A table as Markdown."""
     cells = [[_text(c) for c in row] for row in (table.head, *table.rows)]
     widths = [max(len(row[i]) for row in cells) for i in range(len(table.head))]
     # Numbers stand right, so that they can be compared.
@@ -104,7 +105,7 @@ def write(
     entries |= {section.title: asdict(section) | elsewhere for section in sections}
     content = {"machine": old["machine"], "sections": [entries[title] for title in order]}
     table = Table(("machine", ""), [[k, str(v)] for k, v in content["machine"].items()])
-    page = "\n\n".join(["# Benchmarks", intro, _grid(table), *map(_kept, content["sections"])]) + "\n"
+    page = "\n\n".join(["# Benchmarks", intro, grid(table), *map(_kept, content["sections"])]) + "\n"
     written = []
     for name, text in (("benchmarks.md", page), ("benchmarks.json", json.dumps(content, indent=1) + "\n")):
         write_atomically(folder / name, text.encode())

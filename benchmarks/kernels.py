@@ -61,7 +61,7 @@ def _response(name: str, wave: F64, size: int) -> F64:
     return np.array([np.hypot(slope(np.sin(phase), axis), slope(np.cos(phase), axis)) for axis in (1, 0)])
 
 
-def _wave_errors(name: str, texels: int, angles: int) -> tuple[float, float, float]:
+def wave_errors(name: str, texels: int, angles: int) -> tuple[float, float, float]:
     """Largest error of direction, degrees; least and largest error of length, percent."""
     if name == "spectral":
         # Waves that fit the map: whole numbers of them both ways, on circles of 25 and its multiples.
@@ -81,7 +81,7 @@ def _plane_waves(angles: int) -> tuple[Table, list[float]]:
     off = []
     for name, expected in _WAVES.items():
         for texels, figures in zip((16, 8, 4), expected, strict=True):
-            ours = _wave_errors(name, texels, angles)
+            ours = wave_errors(name, texels, angles)
             compared = zip(ours[name == "forward" :], figures[name == "forward" :], strict=True)
             off.append(max(deviation(o, f) for o, f in compared))
             rows.append(
@@ -98,7 +98,7 @@ Slopes = Callable[[F64, F64, F64], F64]
 """(heights (N, N), slopes there (N, N, 2), places) -> slopes at the places, all per unit of u and v."""
 
 
-def _baked(name: str) -> Slopes:
+def baked(name: str) -> Slopes:
     def slopes(h: F64, exact: F64, at: F64) -> F64:
         return _between(np.stack([derivative(h, axis, name, "wrap") * len(h) for axis in (1, 0)], axis=-1), at)
 
@@ -133,10 +133,10 @@ def _spline(h: F64, exact: F64, at: F64) -> F64:
 
 
 # rms and largest error in degrees, for waves of at least 32, 8 and 4 texels. The largest of a chance draw is chance.
-_METHODS: dict[str, tuple[Slopes, tuple[str, str, str]]] = {
+METHODS: dict[str, tuple[Slopes, tuple[str, str, str]]] = {
     "exact gradient, baked": (lambda h, exact, at: _between(exact, at), ("0.046", "0.65", "2.4")),
-    "central, baked": (_baked("central"), ("0.110", "1.55", "5.3")),
-    "sobel, baked": (_baked("sobel"), ("0.139", "1.94", "6.4")),
+    "central, baked": (baked("central"), ("0.110", "1.55", "5.3")),
+    "sobel, baked": (baked("sobel"), ("0.139", "1.94", "6.4")),
     "slope_forward": (lambda h, exact, at: slope_forward(h, at), ("1.58", "5.7", "10.5")),
     "slope_central": (lambda h, exact, at: slope_central(h, at), ("0.110", "1.55", "5.3")),
     "slope_half": (lambda h, exact, at: slope_half(h, at), ("0.061", "0.87", "3.1")),
@@ -144,12 +144,12 @@ _METHODS: dict[str, tuple[Slopes, tuple[str, str, str]]] = {
     "a step of 1/8 texel": (_one_sided(1 / 8), ("0.82", "3.0", "5.8")),
     "slope_bspline": (_spline, ("0.0004", "0.027", "0.28")),
     "slope_bspline of heights": (lambda h, exact, at: slope_bspline(h, at), ("0.085", "1.2", "4.1")),
-    "8 bits, central": (_rounded(255, _baked("central")), ("1.32", "1.63", "5.3")),
+    "8 bits, central": (_rounded(255, baked("central")), ("1.32", "1.63", "5.3")),
     "8 bits, slope_bspline": (_rounded(255, _spline), ("4.1", "1.5", "0.72")),
-    "16 bits, central": (_rounded(65535, _baked("central")), ("0.11", "1.55", "5.3")),
+    "16 bits, central": (_rounded(65535, baked("central")), ("0.11", "1.55", "5.3")),
     "16 bits, slope_bspline": (_rounded(65535, _spline), ("0.016", "0.028", "0.28")),
     "half floats about 0, central": (
-        lambda h, exact, at: _baked("central")(h.astype(np.float16).astype(np.float64), exact, at),
+        lambda h, exact, at: baked("central")(h.astype(np.float16).astype(np.float64), exact, at),
         ("0.117", "1.55", "5.3"),
     ),
 }
@@ -178,12 +178,12 @@ class Waves:
         return np.sin(phase) @ self._height, np.cos(phase) @ (2 * np.pi * self._k * self._height[:, None])
 
 
-def _normals(slopes: F64) -> F64:
+def normals(slopes: F64) -> F64:
     n = np.concatenate([-slopes, np.ones_like(slopes[..., :1])], axis=-1)
     return n / np.linalg.norm(n, axis=-1, keepdims=True)
 
 
-def _degrees(a: F64, b: F64) -> F64:
+def degrees(a: F64, b: F64) -> F64:
     return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
@@ -195,13 +195,13 @@ def _random_places(draws: int, count: int) -> tuple[Table, list[float]]:
             centres = (np.arange(waves.size) + 0.5) / waves.size
             h, exact = waves.at(np.stack(np.meshgrid(centres, centres), axis=-1))
             at = np.random.default_rng(100 + seed).uniform(size=(count, 2))
-            wanted = _normals(waves.at(at)[1] / waves.size)
-            for name, (method, _) in _METHODS.items():
-                off = _degrees(_normals(method(h, exact, at) / waves.size), wanted)
+            wanted = normals(waves.at(at)[1] / waves.size)
+            for name, (method, _) in METHODS.items():
+                off = degrees(normals(method(h, exact, at) / waves.size), wanted)
                 errors.setdefault((name, texels), []).append((float(np.sqrt((off**2).mean())), float(off.max())))
     rows: list[list[Cell]] = []
     away = []
-    for name, (_, expected) in _METHODS.items():
+    for name, (_, expected) in METHODS.items():
         for texels, figure in zip((32, 8, 4), expected, strict=True):
             rms, most = np.array(errors[name, texels]).T
             nearest = float(np.clip(float(figure), rms.min(), rms.max()))
@@ -266,9 +266,7 @@ def _screen(size: int, k: int) -> dict[str, float]:
     ):
         rise = np.stack([difference(x[..., 3:]), difference(y[..., 3:])], axis=-1)
         gradients[name] = bump.surface_gradient(p, x[..., :3], y[..., :3], rise)
-    return {
-        name: float(np.sqrt((_degrees(bump.bump_normal(p, g), truth) ** 2).mean())) for name, g in gradients.items()
-    }
+    return {name: float(np.sqrt((degrees(bump.bump_normal(p, g), truth) ** 2).mean())) for name, g in gradients.items()}
 
 
 def _quad_differences(a: F64) -> tuple[F64, F64]:

@@ -70,11 +70,19 @@ def _degrees(a: F64, b: F64) -> F64:
     return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
-def _there_and_back(name: str) -> tuple[Through, int]:
+def there_and_back(name: str) -> tuple[Through, int]:
+    """What is read of normals (N, 3), and the bytes of one."""
     if name in _OTHERS:
         return _OTHERS[name]
     e = ENCODINGS[name]
     return lambda n: e.decode(e.encode(n)), e.size
+
+
+def errors(name: str, reach: int, count: int) -> tuple[float, float]:
+    """Mean and largest degrees over so many chance directions."""
+    through, _ = there_and_back(name)
+    off = np.concatenate([_degrees(through(part), part) for part in np.array_split(_directions(count, reach), 8)])
+    return float(off.mean()), float(off.max())
 
 
 def measure(quick: bool = False) -> Section:
@@ -82,10 +90,8 @@ def measure(quick: bool = False) -> Section:
     rows: list[list[Cell]] = []
     off = []
     for (name, reach), noted in _NOTED.items():
-        through, size = _there_and_back(name)
-        n = _directions(2_000 if quick else 1_000_000, reach)
-        errors = np.concatenate([_degrees(through(part), part) for part in np.array_split(n, 8)])
-        ours = float(errors.mean()), float(errors.max())
+        _, size = there_and_back(name)
+        ours = errors(name, reach, 2_000 if quick else 1_000_000)
         e = ENCODINGS.get(name)
         promised = None if e is None else e.worst if reach == round(e.reach) else e.worst_45
         apart = max(deviation(o, f) for o, f in zip(ours, noted, strict=True)) if noted else None

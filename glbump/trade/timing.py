@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,7 +58,7 @@ def own_cpu() -> float:
 
 
 def in_turns(
-    calls: dict[str, Call],
+    calls: Mapping[str, Call],
     turns: int,
     warm_up: int = 2,
     cpu: Callable[[], float] = own_cpu,
