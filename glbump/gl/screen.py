@@ -64,10 +64,12 @@ class Screen:
         exposure: float = 0.0,
         *,
         left: int = 0,
+        begin: int = 0,
     ) -> None:
         """Fill the window, `size` (width, height) pixels, with a frame of any size; with grey for none.
 
-        left: pixels of the window's left side that something else covers: the frame is beside them.
+        left: pixels of the window that something else covers on its left, beside which the frame is. begin: the column
+        of the window from which on it is drawn.
         tone, exposure: as in Frame.save, whose bytes these are to 1/255 where the sizes are the same; NaN is magenta.
         """
         self._begin(size)
@@ -85,7 +87,9 @@ class Screen:
         place = {"corner": (float(left), 0.0), "shown_size": tuple(map(float, room))}
         uniforms.write(place | {"picture": _PICTURE, "gain": 2.0**exposure})
         self._window.viewport = (left, 0, *room)
+        self._window.scissor = (begin, 0, size[0], size[1]) if begin else None
         uniforms.vertices.render(vertices=3)
+        self._window.scissor = None
 
     def lay(self, boxes: Iterable[Box], size: tuple[int, int]) -> None:
         """Pictures over what is shown, the last on top. Those of other calls are forgotten."""

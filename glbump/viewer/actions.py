@@ -60,6 +60,7 @@ ACTIONS: tuple[Action, ...] = (
     Action(("t",), "the next tone curve", _tone),
     Action(("v",), "in place of light: level, normal, slope ...", lambda viewer: viewer.shown.show_view(1)),
     Action(("ctrl+v",), "", lambda viewer: viewer.shown.show_view(-1)),
+    Action(("x",), "against the truth: side by side, a heat map", lambda viewer: viewer.next_comparison()),
     Action(("i",), "what the pixel under the cursor is made of", lambda viewer: viewer.inspect()),
     Action(("1",), f"quality: {', '.join(PRESETS)}", lambda viewer: viewer.shown.set_quality("fast")),
     Action(("2",), "", lambda viewer: viewer.shown.set_quality("balanced")),

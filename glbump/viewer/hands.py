@@ -181,6 +181,8 @@ class Hands:
         viewer = self._viewer
         if viewer.panel is not None:
             viewer.panel.on_cursor(x, y)
+        if viewer.comparison.way:
+            viewer.shown.expose()
         across, down = self._at[0] - before[0], before[1] - self._at[1]
         if not self._drag or not (across or down):
             return

@@ -23,8 +23,10 @@ Region = tuple[int, int, int, int]
 
 
 def quad(x: int, y: int, size: tuple[int, int]) -> Region:
-    """(left, top, width, height) of the quad of 2x2 pixels that pixel (x, y) is in, row 0 on top: quads are counted from
-    the lower left corner."""
+    """(left, top, width, height) of the quad of 2x2 pixels that pixel (x, y) is in, row 0 on top.
+
+    Quads are counted from the lower left corner.
+    """
     left, above = x // 2 * 2, (size[1] - 1 - y) // 2 * 2
     top = max(0, size[1] - above - 2)
     return left, top, min(2, size[0] - left), size[1] - above - top

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from glbump.gl.screen import Box
 from glbump.viewer.actions import help_rows
+from glbump.viewer.comparing import FULL, HEAT, WIPE
 from glbump.viewer.pace import BUDGET, Step, scaled
 from glbump.viewer.text import COLUMN, POINTS, plate
 
@@ -32,6 +35,8 @@ def status(viewer: Viewer) -> str:
     return "   ".join([*parts, "F1 help"])
 
 
+_LINE = np.full((1, 1, 4), 255, np.uint8)
+
 SIZES = (1.0, 0.85, 0.7, 0.55, 0.45)
 """Shares of the letters' size that are tried, so that what is long is small before it is not there."""
 
@@ -54,7 +59,18 @@ def plates(viewer: Viewer, size: tuple[int, int], ratio: float, line: str | None
         return 0
 
     shown = viewer.shown
+    comparison = viewer.comparison
+    if comparison.way == WIPE and comparison.picture is not None:
+        boxes.append(Box(_LINE, viewer.split - 1, 0, (2, height)))
+    elif comparison.way == HEAT and comparison.heat is not None:
+        boxes.append(Box(comparison.heat, viewer.stage.left, 0, viewer.stage.room))
     bottom = height - gap - lay(status(viewer) if line is None else line, "plain", 0, height - gap)
+    if comparison.way:
+        said = comparison.figures or "the truth is being drawn"
+        sides = (
+            f"left: {shown.quality.preset}; right: the truth" if comparison.way == WIPE else f"heat map, to {FULL:.0f}"
+        )
+        bottom -= lay(f"{sides}; {said}", "plain", 0, bottom)
     top = gap
     for text, kind in ((shown.trouble, "error"), (shown.work, "note"), (shown.note, "note"), (shown.told, "plain")):
         if text:

@@ -92,13 +92,21 @@ class Stage:
         return Timing(0.0, 1e3 * (time.perf_counter() - started), 0.0)
 
     def present(
-        self, tone: str, exposure: float, boxes: Iterable[Box], over: Callable[[], None] | None = None
+        self,
+        tone: str,
+        exposure: float,
+        boxes: Iterable[Box],
+        over: Callable[[], None] | None = None,
+        beside: tuple[Drawn, int] | None = None,
     ) -> float:
-        """Bring the picture to the screen with boxes, then what `over` draws, over it; milliseconds."""
+        """Bring the picture to the screen with boxes, then what `over` draws, over it; milliseconds. beside: another
+        picture, and the column of the window from which on that is seen."""
         started = time.perf_counter()
         size = self.size
         self.screen.show(self.picture and self.picture.frame, size, tone, exposure, left=self.left)
         view = [] if self.view is None else [Box(self.view, self.left, 0, self.room)]
+        if beside is not None:
+            self.screen.show(beside[0].frame, size, tone, exposure, left=self.left, begin=beside[1])
         self.screen.lay([*view, *boxes], size)
         if over is not None:
             over()

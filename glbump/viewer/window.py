@@ -18,6 +18,7 @@ from glbump.errors import ContextError, SceneError
 from glbump.frame import Frame
 from glbump.quality import Quality
 from glbump.scene import Scene
+from glbump.viewer.comparing import WIPE, Comparison
 from glbump.viewer.hands import ACTION, Hands
 from glbump.viewer.pace import Pace, Step, scaled
 from glbump.viewer.plates import plates, status
@@ -66,6 +67,7 @@ class Viewer:
         self.panel: Panel | None = None
         self.timings: deque[Timing] = deque(maxlen=120)
         self.read_back: float | None = None
+        self.comparison = Comparison()
         self._pace = Pace()
         self._drawn = Drawn(-1, Step(1, 1.0))
         self._looked, self._title = 0.0, ""
@@ -119,6 +121,8 @@ class Viewer:
         step = self._next_step(now)
         if step is not None:
             self._draw(step)
+        elif self._compares and now >= self.shown.changed + REST:
+            self.shown.attempt("comparison", self._compare)
         if self.shown.exposed:
             self._present()
 
@@ -129,7 +133,7 @@ class Viewer:
             return LOOK
         if shown.is_busy or shown.exposed or self.hands.is_flying or self._drawn.version != shown.version:
             return 0.0
-        if self._drawn.step != self._whole:
+        if self._drawn.step != self._whole or self._compares:
             return max(0.0, shown.changed + REST - time.perf_counter())
         return LOOK
 
@@ -142,7 +146,7 @@ class Viewer:
     def is_settled(self) -> bool:
         """Whether nothing is left to be drawn until something changes."""
         done = self._drawn == (self.shown.version, self._whole)
-        return done and not self.shown.is_busy and not self.shown.exposed
+        return done and not self.shown.is_busy and not self.shown.exposed and not self._compares
 
     # ------------------------------------------------------------ drawing
 
@@ -193,6 +197,29 @@ class Viewer:
             shown.forgive("picture")
             shown.expose()
 
+    @property
+    def _compares(self) -> bool:
+        """Whether there is a finer truth to hold the picture against."""
+        self.comparison.begin(self.shown.version)
+        return self.comparison.next_samples is not None and not self.shown.view and not self.shown.trouble
+
+    def _compare(self) -> None:
+        samples = self.comparison.next_samples
+        if samples is not None and self.comparison.refine(self.shown, self.stage, samples, self._is_disturbed):
+            self.shown.expose()
+
+    def next_comparison(self) -> None:
+        """Hold the picture against the truth: not, side by side, as a map of the difference."""
+        self.comparison.go()
+        self.shown.expose()
+
+    @property
+    def split(self) -> int:
+        """The column of the window at which the truth begins: the cursor's."""
+        width, height = self.stage.room
+        column = int(self.hands.at[0] * height + width / 2)
+        return self.stage.left + min(max(column, 1), width - 1)
+
     def _is_disturbed(self) -> bool:
         version = self.shown.version
         glfw.poll_events()
@@ -209,7 +236,10 @@ class Viewer:
             self._told, self._line = now, status(self)
         boxes = plates(self, self.stage.size, self.stage.ratio, self._line)
         over = self.panel.draw if self.panel is not None and self.panel.is_shown else None
-        ms = self.stage.present(shown.tone, shown.exposure, boxes, over)
+        self.comparison.begin(shown.version)
+        truth = self.comparison.picture if self.comparison.way == WIPE else None
+        beside = None if truth is None else (truth, self.split)
+        ms = self.stage.present(shown.tone, shown.exposure, boxes, over, beside)
         if self.timings:
             self.timings[-1] = self.timings[-1]._replace(present=ms)
 

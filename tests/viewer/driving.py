@@ -124,8 +124,11 @@ def shot(viewer: Any, *, plates: bool = False) -> npt.NDArray[np.uint8]:
     from glbump.viewer.plates import plates as plates_of
 
     stage, shown = viewer.stage, viewer.shown
-    stage.screen.show(stage.picture and stage.picture.frame, stage.size, shown.tone, shown.exposure, left=stage.left)
+    how = stage.size, shown.tone, shown.exposure
+    stage.screen.show(stage.picture and stage.picture.frame, *how, left=stage.left)
     if plates:
+        if viewer.comparison.way == "wipe":
+            stage.screen.show(viewer.comparison.picture.frame, *how, left=stage.left, begin=viewer.split)
         stage.screen.lay(plates_of(viewer, stage.size, stage.ratio), stage.size)
         if viewer.panel is not None and viewer.panel.is_shown:
             viewer.panel.draw()

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from .driving import in_window, press, scene, settle, shot, viewing
+from .driving import in_window, press, scene, settle, shot, tell, viewing
 
 
 def _write(name: str, pixels: npt.NDArray[np.uint8]) -> None:
@@ -46,6 +46,13 @@ def test_pictures_of_the_window(folder: Path) -> None:
         settle(viewer)
         _write("view-help.jpg", shot(viewer, plates=True))
         press(viewer, "f1")
+        press(viewer, "1")
+        press(viewer, "x")
+        tell(viewer, "cursor_pos", 600.0, 300.0)
+        settle(viewer, 100)
+        _write("view-truth.jpg", shot(viewer, plates=True))
+        press(viewer, "x")
+        press(viewer, "x")
         viewer.shown.complain("scene file", ValueError("a line that says what is wrong"))
         settle(viewer)
         assert (shot(viewer, plates=True) != shot(viewer)).any()

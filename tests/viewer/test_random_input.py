@@ -12,7 +12,7 @@ import numpy as np
 
 from .driving import in_window, scene, settle, tell, viewing
 
-SECONDS = float(os.environ.get("GLBUMP_SOAK", "6"))
+SECONDS = float(os.environ.get("GLBUMP_SOAK", "3"))
 
 
 def _anything(chance: random.Random, viewer: Any, files: list[Path], keys: list[int]) -> None:
