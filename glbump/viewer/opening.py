@@ -104,10 +104,12 @@ def opened(path: Path, contents: Contents) -> Subject:
     if kind == MESH:
         return replace(lit, scene=with_mesh(lit.scene, path, contents))
     bumped = bump_in(path, kind, width=1.0)
-    # The torus' tiles are a little over a unit wide, and so are the plane's.
+    # A mirror: a chain for rough ones takes seconds to make. Tiles of the torus are a little over a unit wide, and so
+    # are the plane's.
+    gold = replace(GOLD, roughness=0)
     surfaces = (
-        Surface(Torus(1.0, 0.42), GOLD, replace(bumped, repeat=(6, 2)), Transform(rotate=(58, 0, 14))),
-        Surface(Plane((6, 6)), GOLD, replace(bumped, repeat=(6, 6)), Transform(translate=(0, -1.35, 0))),
+        Surface(Torus(1.0, 0.42), gold, replace(bumped, repeat=(6, 2)), Transform(rotate=(58, 0, 14))),
+        Surface(Plane((6, 6)), gold, replace(bumped, repeat=(6, 6)), Transform(translate=(0, -1.35, 0))),
     )
     camera = Camera(eye=(0, 1.1, 4.6), target=(0, -0.25, 0), fov=42)
     return replace(lit, scene=Scene(surfaces, evening, camera))
