@@ -104,7 +104,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "bump_format": "half",
         "texture_format": "half",
         "frame_format": "half",
-        "silhouette": 0.1,
+        "silhouette": 0.25,
         "diffuse": "sh9",
         "suns": "apart",
         "gloss": "chain",
