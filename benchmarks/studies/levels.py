@@ -50,6 +50,9 @@ def study(folder: Path, quick: bool = False) -> Section:
     rows = {what: (shown, quality) for what, quality in few(SETTINGS, quick).items()}
     return Section(
         "Which level a reflection reads",
+        "Samples buy more than any choice of level; a level by the footprint's area keeps curved mirrors sharper than "
+        "one by its longer side; and LEAN turns bumps finer than a pixel into blur, where the others sparkle as the "
+        "picture moves, which the error of one that stands still does not see.\n\n"
         "A mirror ball on a bumped mirror that goes off to the horizon, in the demo's evening. Errors are against "
         f"{samples} samples a pixel, display-referred, over the whole picture; the picture of the error is {GAIN} "
         "times the difference. Times are over the first row's, all rows in turns; a row says what it changes of "
