@@ -32,7 +32,7 @@ KNOBS: dict[str, Knob] = {
     ),
     "environment_filter": Knob("mip levels of environments", ("bilinear", "nearest-level", "trilinear")),
     "environment_level": Knob("the level of a footprint: by its longer side, or by its area", ("longest", "area")),
-    "anisotropy": Knob("most look-ups along a footprint of an environment", (1, 2, 4, 8, 16), "", (1, 16), True),
+    "anisotropy": Knob("most look-ups along a footprint, of light and of bumps", (1, 2, 4, 8, 16), "", (1, 16), True),
     "pyramid": Knob("who makes mip levels, and by which kernel", ("hardware", "box", "kaiser")),
     "bump_kernel": Knob(
         "how heights become slopes",

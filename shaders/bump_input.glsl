@@ -90,7 +90,10 @@ uniform float height_scale[4];
 uniform vec3 code_range[4];  // what the last code stands for, of slopes and heights
 #endif
 #if BUMP_MIP
-uniform float bump_footprint;  // of a sample, in pixels
+uniform float bump_footprint;  // of a sample, in pixels, times LEVEL_WIDTH
+#endif
+#if BUMP_TAPS > 1
+const float LEVEL_WIDTH = 0.57735026918962576;  // of levels, over footprints': as glbump/relief.py has it
 #endif
 
 // Where on the surface, and how that changes from pixel to pixel.
@@ -192,11 +195,9 @@ float bump_level(sampler2D map, vec2 ddx, vec2 ddy) {
 
 #if SPREAD
 // Second moments (uu, uv, vv) of the slopes that texel_at averages. Independent layers' add up.
-vec3 moments_at(sampler2D map, sampler2D spread, const int kind, const int i, const int stored, vec2 place, vec2 ddx,
-                vec2 ddy) {
+vec3 moments_at(sampler2D spread, const int kind, const int i, const int stored, vec2 place, float level) {
     // These are read at level 0.
     if ((kind & 3) == HEIGHTS || stored >= FOLDED) return vec3(0.0);
-    float level = bump_level(map, ddx, ddy);
     READS(1.0);
     vec3 moments = textureLod(spread, place, level - 1.0).rgb;
 #if SPREAD == TOKSVIG
@@ -212,8 +213,8 @@ vec3 moments_at(sampler2D map, sampler2D spread, const int kind, const int i, co
 }
 #endif
 
-// Slopes of the map at `place`, which changes by ddx and ddy from pixel to pixel; and in b its height.
-vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, float middle, vec2 place, vec2 ddx, vec2 ddy) {
+// Slopes of the map at `place`; and in b its height.
+vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, float middle, vec2 place, float level) {
 #if HAS_HEIGHTS
     if ((kind & 3) == HEIGHTS && (kind & SCREEN) == 0) {
         READS(float(KERNEL_READS + BUMP_FULL * (KERNEL == BSPLINE ? 16 : 1)));
@@ -232,11 +233,6 @@ vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, floa
         return vec3(0.0, 0.0, height_bspline(map, place));
     }
 #endif
-#if BUMP_MIP
-    float level = bump_level(map, ddx, ddy);
-#else
-    const float level = 0.0;
-#endif
 #if SHOW == SHOW_LEVEL
     if (i == 0) shown.g = level;
 #endif
@@ -252,6 +248,61 @@ vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, floa
     return texel;
 }
 
+#if BUMP_TAPS > 1
+bool has_levels(const int kind, const int stored) {
+#if HAS_SCREEN && KERNEL != BSPLINE
+    if ((kind & SCREEN) != 0) return true;
+#endif
+    return (kind & 3) != HEIGHTS && stored < FOLDED;
+}
+#endif
+
+// Slopes of the map about `place`, which changes by ddx and ddy from pixel to pixel; and in b its height. moments: of the
+// slopes that this averages, as slope_scale has them.
+vec3 averaged_texel(sampler2D map, sampler2D spread, const int kind, const int i, const int stored, float middle,
+                    vec2 place, vec2 ddx, vec2 ddy, out vec3 moments) {
+    moments = vec3(0.0);
+#if BUMP_TAPS > 1
+    float taps = 1.0, level = 0.0;
+    vec2 step = vec2(0.0);
+    if (has_levels(kind, stored)) {
+        vec2 size = vec2(textureSize(map, 0));
+        vec3 major, minor;
+        footprint_axes(vec3(ddx * size, 0.0) * bump_footprint, vec3(ddy * size, 0.0) * bump_footprint, major, minor);
+        taps = footprint_taps(major, minor, 1.0, float(BUMP_TAPS));
+        level = isotropic_level(major.xy / taps, minor.xy);
+        // Levels are narrower than footprints, taps lie all along them.
+        step = major.xy / (LEVEL_WIDTH * taps * size);
+    }
+    vec3 mean = vec3(0.0);
+    for (float tap = 0.0; tap < taps; tap += 1.0) {
+        vec2 at = place + (tap + 0.5 - 0.5 * taps) * step;
+        vec3 texel = texel_at(map, kind, i, stored, middle, at, level);
+        vec3 off = texel - mean;
+        mean += off / (tap + 1.0);
+#if SPREAD
+        // What each averages, and how they differ: about the mean so far, and about it with this one, so that nothing
+        // cancels (Welford, "Note on a Method for Calculating Corrected Sums of Squares and Products", 1962).
+        vec2 before = off.rg * slope_scale[i];
+        vec2 after = (texel - mean).rg * slope_scale[i];
+        moments += moments_at(spread, kind, i, stored, at, level) + before.xxy * after.xyy;
+#endif
+    }
+    moments /= taps;
+    return mean;
+#else
+#if BUMP_MIP
+    float level = bump_level(map, ddx, ddy);
+#else
+    const float level = 0.0;
+#endif
+#if SPREAD
+    moments = moments_at(spread, kind, i, stored, place, level);
+#endif
+    return texel_at(map, kind, i, stored, middle, place, level);
+#endif
+}
+
 #if HAS_TRIPLANAR
 // One of the three maps: right and up, along axes of the object, are where its u and v grow.
 void add_plane(inout Relief r, sampler2D map, sampler2D spread, const int kind, const int i, const int stored,
@@ -259,12 +310,12 @@ void add_plane(inout Relief r, sampler2D map, sampler2D spread, const int kind, 
     vec2 place = vec2(dot(at.p * repeat[i].x + origin_u[i], right), dot(at.p * repeat[i].y + origin_v[i], up));
     vec2 ddx = vec2(dot(at.p_dx, right), dot(at.p_dx, up)) * repeat[i];
     vec2 ddy = vec2(dot(at.p_dy, right), dot(at.p_dy, up)) * repeat[i];
-    vec3 texel = texel_at(map, kind, i, stored, middle, place, ddx, ddy);
+    vec3 moments;
+    vec3 texel = averaged_texel(map, spread, kind, i, stored, middle, place, ddx, ddy, moments);
     vec2 slope = texel.rg * slope_scale[i];
     r.by_object += share * (slope.x * right + slope.y * up);
 #if SPREAD
-    r.spread_by_object +=
-        share * share * spread_along(right, up, moments_at(map, spread, kind, i, stored, place, ddx, ddy));
+    r.spread_by_object += share * share * spread_along(right, up, moments);
 #endif
 #if HAS_SCREEN
     if ((kind & SCREEN) != 0) r.on_screen += share * height_scale[i] * texel.b;
@@ -287,7 +338,9 @@ void add_layer(inout Relief r, sampler2D map, sampler2D spread, const int kind, 
 #endif
 #if HAS_UV
     vec2 times = repeat[i];
-    vec3 texel = texel_at(map, kind, i, stored, middle, at.uv * times, at.uv_dx * times, at.uv_dy * times);
+    vec3 moments;
+    vec3 texel = averaged_texel(map, spread, kind, i, stored, middle, at.uv * times, at.uv_dx * times,
+                                at.uv_dy * times, moments);
     vec2 slope = texel.rg * slope_scale[i];
 #if HAS_SCREEN
     if ((kind & SCREEN) != 0) {
@@ -296,7 +349,6 @@ void add_layer(inout Relief r, sampler2D map, sampler2D spread, const int kind, 
     }
 #endif
 #if SPREAD
-    vec3 moments = moments_at(map, spread, kind, i, stored, at.uv * times, at.uv_dx * times, at.uv_dy * times);
     if ((kind & 3) == NORMALS) {
         r.spread_by_tangent += moments;
     } else if ((kind & PARAMETER) != 0) {

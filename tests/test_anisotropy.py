@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -11,8 +13,12 @@ from glbump import reference
 from glbump.contents import Contents
 from glbump.gl.renderer import Renderer
 from glbump.glsltest import inputs
+from glbump.maps import patterns
+from glbump.maps.cube import texel_directions
+from glbump.maps.heights import slopes
 from glbump.reference.ewa import elliptical_average
 from glbump.reference.filter import footprint_axes, footprint_taps
+from glbump.reference.reflect import reflect_dir
 from glbump.reference.surroundings import Surroundings
 from glbump.reference.varied import Varied
 
@@ -111,3 +117,104 @@ def test_pictures_come_nearer_to_the_truth(renderer: Renderer) -> None:
         return float(np.sqrt(((renderer.render(TORUS, (96, 96), quality).pixels - truth) ** 2).mean()))
 
     assert error(anisotropy=8) < 0.8 * error(anisotropy=1)
+
+
+# ---- bumps
+
+DENTS = patterns.dimples((32, 32), wobble=0.5)
+TILTS = np.random.default_rng(4).normal(size=(32, 32, 3)).astype(np.float32) * (0.2, 0.2, 0) + (0, 0, 1)
+LIGHT = gb.CubeMap(np.random.default_rng(3).uniform(0.2, 1, (6, 16, 16, 3)).astype(np.float32), background=False)
+FLOOR = gb.Plane(size=(4, 4))
+BUMPED: dict[str, tuple[gb.Shape, gb.Bump | gb.NormalMap, dict[str, str]]] = {
+    "plane": (FLOOR, gb.Bump(DENTS, amplitude=0.02, repeat=(16, 16)), {}),
+    "once": (FLOOR, gb.Bump(DENTS, amplitude=0.1, border="clamp"), {}),
+    "codes": (FLOOR, gb.NormalMap(TILTS, repeat=(16, 16)), {"bump_format": "rg16"}),
+    "triplanar": (gb.Cube(), gb.Bump(DENTS, amplitude=0.004, repeat=(8, 8), mapping="triplanar"), {}),
+    "screen": (FLOOR, gb.Bump(DENTS, amplitude=0.02, repeat=(16, 16)), {"bump_read": "screen"}),
+}
+
+
+@pytest.mark.parametrize("spread", ["none", "toksvig", "lean"])
+@pytest.mark.parametrize("kind", BUMPED)
+def test_bumps_on_the_gpu_are_the_references(renderer: Renderer, kind: str, spread: str) -> None:
+    shape, bump, knobs = BUMPED[kind]
+    scene = gb.Scene([gb.Surface(shape, MIRROR, bump)], LIGHT, gb.Camera(eye=(0, 1.2, 5), target=(0, 0, 0), fov=40))
+    floats = {"texture_format": "float", "bump_format": "float", "frame_format": "float"} | knobs
+    quality = gb.Quality("balanced", samples=1, anisotropy=4, bump_spread=spread, **floats)  # type: ignore[arg-type]
+    drawn, modelled = renderer.render(scene, (32, 32), quality), reference.render(scene, (32, 32), 1, quality=quality)
+    both = (drawn.pixels[..., 3] > 0.99) & (modelled.pixels[..., 3] > 0.99)
+
+    def off(other: gb.Frame) -> float:
+        # Beside edges, and where a count of look-ups is next to a whole number, both may take another.
+        return float(np.percentile(np.abs(other.pixels - modelled.pixels)[both][:, :3].max(axis=-1), 75))
+
+    assert off(drawn) < 3e-4
+    # One look-up for all of the footprint, as wide as long.
+    assert off(reference.render(scene, (32, 32), 1, quality=replace(quality, anisotropy=1))) > 0.002
+
+
+GROOVES = np.tile(0.5 + 0.5 * np.sin(2 * np.pi * np.arange(16) / 16), (16, 1)).astype(np.float32)
+
+
+def test_the_spread_of_look_ups_and_between_them_is_that_of_all_bumps(renderer: Renderer) -> None:
+    """Of grooves across footprints, 2.5 of them along each and a quarter of one wide: the mean square of what is
+    mirrored aside is the mean's square and the spread, whoever sees how much of it."""
+    aside = np.repeat((texel_directions(64)[..., :1] ** 2).astype(np.float32), 3, axis=-1)
+    quad = gb.Quad(corners=((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))
+    bump = gb.Bump(GROOVES, amplitude=1.5e-3, repeat=(20, 2))
+    slope = slopes(GROOVES, "central", "wrap")[0, :, 0].astype(float) * 1.5e-3 * 20 / 2
+    n = np.stack([-slope, 0 * slope, np.ones_like(slope)], axis=-1) / np.hypot(1, slope)[:, None]
+    ways = [("none", 16), ("lean", 1), ("lean", 4), ("lean", 16)]
+    gained: dict[tuple[str, int], list[float]] = {way: [] for way in ways}
+    # As a level's texel is averaged over more at its corners than in its middle, eight places of the environment.
+    for x, y in np.random.default_rng(0).uniform(-0.3, 0.3, (8, 2)):
+        eye = np.array([x, y, 1]) / np.linalg.norm([x, y, 1])
+        camera = gb.Camera(eye=tuple(4 * eye), target=(0, 0, 0), projection="orthographic", height=1)
+        surface = gb.Surface(quad, MIRROR, bump)
+        scene = gb.Scene([surface], gb.CubeMap(aside, background=False), camera)
+
+        def seen(scene: gb.Scene, **knobs: object) -> float:
+            quality = gb.Quality("balanced", samples=1, **knobs)  # type: ignore[arg-type]
+            return float(renderer.render(scene, (4, 4), quality).pixels[..., 0].mean())
+
+        flat = seen(replace(scene, surfaces=(replace(surface, bump=None),)))
+        want = float((reflect_dir(-eye, n)[:, 0] ** 2).mean()) - x**2 / (x**2 + y**2 + 1)
+        for how, taps in ways:
+            gained[how, taps].append((seen(scene, bump_spread=how, anisotropy=taps) - flat) / want)
+    means = {way: float(np.mean(shares)) for way, shares in gained.items()}
+    # A long blur of four look-ups loses a sixth. And what the tent between texels takes away beside their boxes no
+    # moments have: next to nothing of fine look-ups, a sixth where texels are a third of a groove.
+    assert means["lean", 1] == pytest.approx(0.83, abs=0.05)
+    assert means["lean", 16] == pytest.approx(means["lean", 1], rel=0.1)
+    assert means["lean", 4] == pytest.approx(means["lean", 1], rel=0.2)
+    # Ten look-ups each see less than a tenth of it themselves, and their mean nothing.
+    assert means["none", 16] < 0.05
+
+
+def test_alike_slopes_have_no_spread_however_steep(renderer: Renderer) -> None:
+    """About the mean: of squares less the mean's square 1e-3 would be left in 32 bits, and 0.06 radians of blur."""
+    steep = np.broadcast_to(np.array([1, 0, 0.01], np.float32), (8, 8, 3))
+    bump = gb.NormalMap(steep, repeat=(4000, 4000))
+    scene = gb.Scene([gb.Surface(FLOOR, MIRROR, bump)], LIGHT, gb.Camera(eye=(0, 0.3, 5), target=(0, 0, 0), fov=40))
+    pictures = [
+        renderer.render(
+            scene, (32, 32), gb.Quality("balanced", samples=1, anisotropy=16, bump_spread=how, bump_format="float")
+        ).pixels
+        for how in ("none", "lean")
+    ]
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-3
+
+
+def test_a_plane_that_recedes_comes_nearer_to_the_truth(renderer: Renderer) -> None:
+    """Bricks next to the size of pixels, which a footprint as wide as long would average across their joints."""
+    bump = gb.Bump(patterns.bricks((64, 64)), amplitude=0.01, repeat=(12, 12))
+    camera = gb.Camera(eye=(0, 0.6, 0), target=(0, 0, -2), fov=40)
+    scene = gb.Scene([gb.Surface(gb.Plane(size=(20, 20)), MIRROR, bump)], LIGHT, camera)
+    truth = renderer.render(scene, (32, 32), gb.Quality("exact", samples=256)).pixels
+    inside = truth[..., 3] > 0.999
+
+    def error(anisotropy: int) -> float:
+        quality = gb.Quality("balanced", samples=1, anisotropy=anisotropy)
+        return float(np.sqrt(((renderer.render(scene, (32, 32), quality).pixels - truth)[inside] ** 2).mean()))
+
+    assert error(4) < 0.92 * error(1)

@@ -86,7 +86,7 @@ class Renderer:
             memory=memory.host_bytes(),
             texture_memory=memory.texture_bytes(self.context),
         )
-        self._planner = Planner(self.contents, self.capabilities)
+        self._planner = Planner(self.contents)
 
     def __enter__(self) -> Renderer:
         return self
@@ -202,7 +202,10 @@ class Renderer:
         if last is not None and (last.key != key or last.freed != self._store.freed):
             last = None
         is_same = last is not None and last.scene is scene
-        plan = last.plan if last is not None and is_same else self._planner.plan(scene, quality, size, contents)
+        if last is not None and is_same:
+            plan = last.plan
+        else:
+            plan = self._planner.plan(scene, quality, size, self.capabilities, contents)
         if (
             last is not None
             and last.plan.choices is plan.choices

@@ -103,20 +103,22 @@ class Planner:
     """Plans frame after frame. Where a camera has moved, and nothing is decided otherwise for that, the last plan
     serves, with other clip planes; its choices are the very same object then."""
 
-    def __init__(self, contents: Contents, capabilities: Capabilities) -> None:
-        self._contents, self._capabilities = contents, capabilities
+    def __init__(self, contents: Contents) -> None:
+        self._contents = contents
         self._last: tuple[Hashable, Seen, Plan] | None = None
         self._boxes = np.zeros((0, 2, 3))
 
-    def plan(self, scene: Scene, quality: Quality, size: tuple[int, int], known: Hashable) -> Plan:
+    def plan(
+        self, scene: Scene, quality: Quality, size: tuple[int, int], capabilities: Capabilities, known: Hashable
+    ) -> Plan:
         """As make_plan. known: what all contents of the scene are known by."""
-        key = scene.surfaces, scene.environment, quality, size, known
+        key = scene.surfaces, scene.environment, quality, size, capabilities, known
         last, contents = self._last, self._contents
         if last is not None and last[0] == key:
             seen, near_and_far = look(scene, quality, size, contents, self._boxes)
             if last[1] == seen:
                 return replace(last[2], near_far=near_and_far)
-        plan = make_plan(scene, quality, size, contents, self._capabilities)
+        plan = make_plan(scene, quality, size, contents, capabilities)
         self._boxes = _boxes(scene, contents)
         self._last = key, look(scene, quality, size, contents, self._boxes)[0], plan
         return plan

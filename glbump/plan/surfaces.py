@@ -155,6 +155,9 @@ def _bumps(draft: Draft, name: str, surface: Surface) -> tuple[tuple[Layer, ...]
         note(f"{name} bump{number} format", layer.stored.name, layer.stored_why)
         if layer.filter(quality.bump_filter) != "bilinear":
             note(f"{name} bump{number} pyramid", layer.pyramid, _PYRAMIDS[layer.pyramid])
+            if quality.anisotropy > 1:
+                why = "along footprints that are longer than wide, at levels of their width"
+                note(f"{name} bump{number} look-ups", f"up to {quality.anisotropy}", why)
         if layer.is_triplanar and layer.kind != relief.SCREEN:
             off = relief.mixing(surface, layer, contents)
             why = f"normals are off by {off:.2g} degrees at most where its three maps meet"
@@ -172,13 +175,15 @@ def _bump_defines(layers: tuple[Layer, ...], quality: Quality, full: bool) -> di
     kinds = [_kind(layer) for layer in layers]
     of_texels = [layer for layer in layers if layer.kind == relief.HEIGHTS]
     on_screen = [layer for layer in layers if layer.kind == relief.SCREEN]
+    has_levels = any(layer.filter(quality.bump_filter) != "bilinear" for layer in layers)
     defines = {
         "BUMP": len(layers),
         **{f"BUMP_{i}": kind for i, kind in enumerate(kinds)},
         **{f"STORED_{i}": layer.stored.family for i, layer in enumerate(layers)},
         **{f"MIDDLE_{i}": layer.stored.middle for i, layer in enumerate(layers)},
         "BUMP_FULL": int(full),
-        "BUMP_MIP": int(any(layer.filter(quality.bump_filter) != "bilinear" for layer in layers)),
+        "BUMP_MIP": int(has_levels),
+        "BUMP_TAPS": quality.anisotropy if has_levels else 1,
         "HAS_CODES": int(any(layer.stored.family != PLAIN for layer in layers)),
         "HAS_FOLDED": int(any(not layer.stored.is_filtered for layer in layers)),
         "HAS_UV": int(not all(layer.is_triplanar for layer in layers)),

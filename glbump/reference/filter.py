@@ -65,10 +65,11 @@ def footprint_axes(ddx: npt.ArrayLike, ddy: npt.ArrayLike) -> tuple[F64, F64]:
 def footprint_taps(
     major: npt.ArrayLike, minor: npt.ArrayLike, texels_per_radian: npt.ArrayLike, most: npt.ArrayLike
 ) -> F64:
-    """How many samples (...) along a footprint with these axes (..., 3): its length over its width, or its texels."""
+    """How many samples (...) along a footprint with these axes (..., 3): its length over its width, or its texels,
+    rounded up from a hundredth more."""
     long, short = (np.linalg.norm(np.asarray(axis, np.float64), axis=-1) for axis in (major, minor))
     wanted = np.minimum(long / np.maximum(short, 1e-30), long * np.asarray(texels_per_radian))
-    return np.clip(np.ceil(wanted), 1, most)
+    return np.clip(np.ceil(wanted - 0.01), 1, most)
 
 
 def quad_differences(values: npt.ArrayLike) -> tuple[F64, F64]:

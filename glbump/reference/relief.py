@@ -30,7 +30,7 @@ class Relief:
 
     def __init__(self, surface: Surface, quality: Quality, contents: Contents, samples: int) -> None:
         self.surface, self.how = surface, quality.bump_filter
-        self.footprint = samples**-0.5 * LEVEL_WIDTH
+        self.footprint, self.anisotropy = samples**-0.5 * LEVEL_WIDTH, quality.anisotropy
         self.layers = layers(surface, quality, contents)
         self.full = bool(self.layers) and terms(surface, self.layers, quality, contents).full
         self._maps = [self._levels(layer, contents) for layer in self.layers]
@@ -83,8 +83,7 @@ class Relief:
                 on_screen += above if layer.kind == SCREEN else 0.0
                 continue
             place, moved = uv * bump.map_repeat, (duv[0] * bump.map_repeat, duv[1] * bump.map_repeat)
-            value = self._read(layer, levels, place, moved)
-            moments = self._moments(layer, levels, spreads, place, moved)
+            value, moments = self._averaged(layer, levels, spreads, place, moved)
             slope = value[:, :2] * bump.slope_scale
             if isinstance(bump, NormalMap):
                 t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
@@ -142,26 +141,45 @@ class Relief:
             turned = np.where([axis != 1, axis == 1], side, 1.0)
             right_up = np.stack([turned[:, :1] * right, turned[:, 1:] * up], axis=1)
             place, *ddxy = (np.einsum("kij,kj->ki", right_up, v) * bump.map_repeat for v in p)
-            value = self._read(layer, levels, place, (ddxy[0], ddxy[1]))
+            value, moments = self._averaged(layer, levels, spreads, place, (ddxy[0], ddxy[1]))
             share = shares[:, axis]
-            moments = self._moments(layer, levels, spreads, place, (ddxy[0], ddxy[1]))
             around += share[:, None, None] ** 2 * spread.spread_along(right_up[:, 0], right_up[:, 1], moments)
             gradient += share[:, None] * np.einsum("kij,ki->kj", right_up, value[:, :2] * bump.slope_scale)
             height += share * bump.amplitude * value[:, 2]
         return gradient, height, around
 
-    def _read(self, layer: Layer, levels: list[F64], place: F64, changes: tuple[F64, F64]) -> F64:
-        """(K, 3): slopes of the map, and heights, at places (K, 2) on it that change so from pixel to pixel; (K, 2) of
-        normal maps."""
+    def _averaged(
+        self, layer: Layer, levels: list[F64], spreads: list[F64], place: F64, changes: tuple[F64, F64]
+    ) -> tuple[F64, F64]:
+        """(K, 3): slopes of the map, and heights, about places (K, 2) on it that change so from pixel to pixel, (K, 2)
+        of normal maps; and second moments (K, 3) of the slopes that this averages, as slope_scale has them."""
+        size = np.array(levels[0].shape[1::-1])
+        ddx, ddy = (change * size * self.footprint for change in changes)
+        if self.anisotropy == 1 or layer.filter(self.how) == "bilinear":
+            level = filters.isotropic_level(ddx, ddy)
+            return self._read(layer, levels, place, level), self._moments(layer, spreads, place, level)
+        major, minor = filters.footprint_axes(ddx, ddy)
+        taps = filters.footprint_taps(major, minor, 1.0, self.anisotropy)[:, None]
+        level = filters.isotropic_level(major / taps, minor)
+        # Levels are narrower than footprints, taps lie all along them.
+        step = major / (LEVEL_WIDTH * taps * size)
+        numbers = np.arange(taps.max(initial=1))[:, None, None]
+        places, counts = place + (numbers + 0.5 - 0.5 * taps) * step, numbers < taps
+        values = np.array([self._read(layer, levels, at, level) for at in places])
+        mean = (counts * values).sum(axis=0) / taps
+        moments = np.array([self._moments(layer, spreads, at, level) for at in places])
+        u, v = np.moveaxis((values - mean)[..., :2] * layer.bump.slope_scale, -1, 0)
+        moments += np.stack([u * u, u * v, v * v], axis=-1)
+        return mean, (counts * moments).sum(axis=0) / taps
+
+    def _read(self, layer: Layer, levels: list[F64], place: F64, level: F64) -> F64:
+        """(K, 3): slopes of the map, and heights, at places (K, 2) on it and levels (K,); (K, 2) of normal maps."""
         if layer.kind == HEIGHTS:
             return _from_heights(levels[0][..., 0], place, layer.kernel)
         if layer.kind == SCREEN and layer.kernel == "bspline":
             return _heights_alone(gradients.height_bspline(levels[0][..., 0], place))
-        level, how = np.zeros(len(place)), layer.filter(self.how)
-        if how != "bilinear":
-            level = self._level(levels, changes)
         value = filters.through_levels(
-            lambda i, chosen: bilinear(levels[i], place[chosen], layer.ends), level, len(levels), how
+            lambda i, chosen: bilinear(levels[i], place[chosen], layer.ends), level, len(levels), layer.filter(self.how)
         )
         if layer.kind == SCREEN:
             return _heights_alone(value[:, 0])
@@ -170,17 +188,10 @@ class Relief:
             value[:, :2] *= (place >= 0) & (place <= 1)
         return value
 
-    def _level(self, levels: list[F64], changes: tuple[F64, F64]) -> F64:
-        size = np.array(levels[0].shape[1::-1]) * self.footprint
-        return filters.isotropic_level(changes[0] * size, changes[1] * size)
-
-    def _moments(
-        self, layer: Layer, levels: list[F64], spreads: list[F64], place: F64, changes: tuple[F64, F64]
-    ) -> F64:
+    def _moments(self, layer: Layer, spreads: list[F64], place: F64, level: F64) -> F64:
         """(K, 3): second moments of the slopes that `_read` averages, as slope_scale has them."""
         if not spreads:
             return np.zeros((len(place), 3))
-        level = self._level(levels, changes)
         moments = filters.through_levels(
             lambda i, chosen: bilinear(spreads[i], place[chosen], layer.ends),
             level - 1,

@@ -51,8 +51,9 @@ void footprint_axes(vec3 ddx, vec3 ddy, out vec3 major, out vec3 minor) {
 }
 
 // How many samples along a footprint of a direction with these axes: as many as it is longer than wide, and no more than
-// texels along it, for texels_per_radian texels a radian; from 1 to `most`.
+// texels along it, for texels_per_radian texels a radian; from 1 to `most`. A hundredth more is no reason for another:
+// a round one is 1 but for rounding.
 float footprint_taps(vec3 major, vec3 minor, float texels_per_radian, float most) {
     float longer = length(major);
-    return clamp(ceil(min(longer / max(length(minor), 1e-30), longer * texels_per_radian)), 1.0, most);
+    return clamp(ceil(min(longer / max(length(minor), 1e-30), longer * texels_per_radian) - 0.01), 1.0, most);
 }

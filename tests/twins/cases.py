@@ -682,7 +682,8 @@ def _axes_rows() -> Rows:
 
 def _between_whole_taps(major: Any, minor: Any, texels_per_radian: Any, most: Any) -> Any:
     wanted = np.minimum(length(major) / np.maximum(length(minor), 1e-30), length(major) * texels_per_radian)
-    return (np.abs(wanted - np.rint(wanted)) > 8 * EPS * wanted) | (wanted > most + 1)
+    over = wanted - 0.01
+    return (np.abs(over - np.rint(over)) > 8 * EPS * wanted) | (wanted > most + 1)
 
 
 def _axes_differ(x: Any, y: Any) -> Any:
