@@ -30,6 +30,7 @@ SECTIONS = (
     "gloss",
     "conversion",
     "promise",
+    "model",
     "window",
 )
 DOCS = Path(__file__).resolve().parents[1] / "docs"

@@ -20,6 +20,7 @@ from benchmarks import (
     gloss,
     kernels,
     layouts,
+    model,
     normal_formats,
     normals,
     plain,
@@ -180,6 +181,7 @@ SECTIONS = [
     normal_formats,
     normals,
     window,
+    model,
 ]
 
 

@@ -17,6 +17,7 @@ from glbump.maps.images import read_picture
 from glbump.quality import KNOBS
 from glbump.trade.errors import FIGURES
 from glbump.trade.features import explained
+from glbump.trade.model import FACTOR, factor
 from glbump.trade.settings import BASE, COMBINATION, FEATURE, KNOB, PRESET
 from glbump.trade.sweep import Trade
 
@@ -68,6 +69,8 @@ def page(trade: Trade, directory: Path, title: str, plot: str) -> str:
         "<h2>Several knobs together</h2>",
         "<p>Settings that the rows above promise most of, measured.</p>",
         draw.table(trade.of(COMBINATION)),
+        "<h2>The error model</h2>",
+        *_model(trade),
         "<h2>What the plan leaves out</h2>",
         "<p>Each is forced on by a change of the scene that leaves its picture as it is, to show what it would have "
         "bought, and what leaving it out saves.</p>",
@@ -114,7 +117,7 @@ class _Table:
         heads = "".join(f"<th>{name}</th>" for name in map(_head, _SHOWN))
         return (
             '<table><tr><th></th><th class="l">error</th><th class="l">setting</th><th class="l">buys and costs</th>'
-            f"{heads}<th>ms</th><th>times</th><th>first, ms</th><th>MB</th></tr>"
+            f"<th>predicted rmse /255</th>{heads}<th>ms</th><th>times</th><th>first, ms</th><th>MB</th></tr>"
             + "".join(self._row(row, named or _named) for row in rows)
             + "</table>"
         )
@@ -127,7 +130,8 @@ class _Table:
         spread = f'<span class="n">{times["low"]:.2f} to {times["high"]:.2f}</span>'
         return (
             f'<tr class="{kind}"><td>{self._image(row, "picture")}</td><td>{self._image(row, "error")}</td>'
-            f'<td class="l">{named(row)}</td><td class="l">{escape(self.says(row))}</td>{figures}'
+            f'<td class="l">{named(row)}</td><td class="l">{escape(self.says(row))}</td>'
+            f"<td>{_foretold(row)}</td>{figures}"
             f"<td>{self._ms * times['median']:.3g}</td><td>{times['median']:.2f}<br>{spread}</td>"
             f"<td>{cost['first']:.0f}</td><td>{cost['bytes'] / 1e6:.2f}</td></tr>"
         )
@@ -166,6 +170,47 @@ def says(row: Row, base: Row, metric: str) -> str:
     memory = "" if abs(more) < 0.05 else f", {abs(more):.2g} MB {'more' if more > 0 else 'less'}"
     takes = "as long" if abs(times - 1) < LITTLE else f"{times:.2f} times as long"
     return f"{buys}; takes {takes}{memory}"
+
+
+def _foretold(row: Row) -> str:
+    """The RMSE that was predicted, and how many times what was measured."""
+    said = row.get("predicted")
+    if not said:
+        return "-"
+    measured = row["error"]["rmse"]
+    off = factor(measured, said["rmse"])
+    times = f"{said['rmse'] / measured:.2f} times" if measured > 0 else ""
+    return f'{255 * said["rmse"]:.3g}<br><span class="n">{f"<b>{times}</b>" if off > FACTOR else times}</span>'
+
+
+def _model(trade: Trade) -> Iterable[str]:
+    """Predicted beside measured, and where the model is off."""
+    rows = [row for row in trade.rows if row.get("predicted")]
+    if not rows:
+        yield "<p>Nothing was predicted: errors of captured surroundings are not.</p>"
+        return
+    off = [factor(row["error"]["rmse"], row["predicted"]["rmse"]) for row in rows]
+    near = sum(f <= FACTOR for f in off)
+    yield (
+        f"<p>Before it was drawn, the RMSE of each setting was predicted from the scene's own light on tiles. Of "
+        f"{len(rows)} settings {near} ({near / len(rows):.0%}) are within {FACTOR:g} times of what was measured.</p>"
+    )
+    worst = [row for f, row in sorted(zip(off, rows), key=lambda pair: -pair[0]) if f > FACTOR]
+    if worst:
+        heads = "".join(f'<th class="l">{name}</th>' for name in ("the model is off", "measured", "predicted", "of"))
+        yield f"<table><tr>{heads}</tr>{''.join(map(_off, worst[:12]))}</table>"
+    for said in dict.fromkeys(said for row in rows for said in row["predicted"]["missing"]):
+        yield f"<p>Not in it: {escape(said)}.</p>"
+
+
+def _off(row: Row) -> str:
+    said = row["predicted"]
+    parts = ", ".join(f"{part['knobs'][0]} {255 * part['rmse']:.3g}" for part in said["parts"][:3])
+    between = f"{255 * said['low']:.3g} to {255 * said['high']:.3g}"
+    return (
+        f'<tr><td class="l">{_named(row)}</td><td>{255 * row["error"]["rmse"]:.3g}</td>'
+        f'<td>{255 * said["rmse"]:.3g}<br><span class="n">{between}</span></td><td class="l">{escape(parts)}</td></tr>'
+    )
 
 
 def _value(row: Row, knob: str) -> str:

@@ -20,6 +20,7 @@ from glbump.trade.sweep import Trade
 
 CSV, JSON, PLOT, PAGE = "trade.csv", "trade.json", "front.svg", "trade.html"
 
+_PREDICTED = ("rmse", "low", "high")
 _COSTS = ("frame", "draw", "read", "gpu", "times", "cpu")
 
 
@@ -62,16 +63,19 @@ def table(trade: Trade) -> str:
     costs = [f"{name}_{part}" for name in _COSTS for part in ("median", "low", "high")]
     first = ["first", "open", "set_up", "upload", "first_draw", "bytes", "turns"]
     writer = csv.writer(made, lineterminator="\n")
-    writer.writerow(["driver", "size", "kind", "name", "on_front", *errors, *costs, *first, "clock", "skipped"])
+    guessed = [f"predicted_{name}" for name in _PREDICTED]
+    named = ["driver", "size", "kind", "name", "on_front"]
+    writer.writerow([*named, *errors, *guessed, *costs, *first, "clock", "skipped"])
     about = [trade.driver, "x".join(map(str, trade.size))]
     for row in trade.rows:
         cost = row["cost"]
         spreads = [(cost[name] or {}).get(part, "") for name in _COSTS for part in ("median", "low", "high")]
         figures = ["" if row["error"][name] is None else row["error"][name] for name in errors]
         own = [row["kind"], row["name"], int(row["name"] in trade.front)]
+        figures += [(row.get("predicted") or {}).get(name, "") for name in _PREDICTED]
         writer.writerow([*about, *own, *figures, *spreads, *(cost[name] for name in first), cost["clock"], ""])
     for setting in trade.skipped:
-        empty = [""] * (len(errors) + len(costs) + len(first) + 1)
+        empty = [""] * (len(errors) + len(guessed) + len(costs) + len(first) + 1)
         writer.writerow([*about, setting.kind, setting.name, 0, *empty, setting.skipped])
     return made.getvalue()
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from glbump import validate as check
-from glbump.errors import LimitError
+from glbump.errors import GlbumpError, LimitError
 from glbump.maps.colour import eight_bit
 from glbump.maps.files import write_display
 from glbump.quality import Quality, quality_of
@@ -21,6 +21,7 @@ from glbump.trade.errors import FIGURES
 from glbump.trade.features import left_out
 from glbump.trade.measure import Bench, Measured
 from glbump.trade.metrics import difference_picture
+from glbump.trade.model import Model
 from glbump.trade.results import Results, Row, digest, scene_key
 from glbump.trade.settings import ALIKE, BASE, FEATURE, PRESET, Setting, combinations, front, one_at_a_time, presets
 from glbump.trade.truth import Truth, find_truth
@@ -162,6 +163,7 @@ class Sweep:
             lambda: find_truth(bench.scene, bench.size, self.samples, bench.renderer, seconds=self._seconds),
         )
         about["truth"] = bench.truth.source
+        model = self._model(bench.truth)
         step()
         rows: list[Row] = []
         skipped: list[Setting] = []
@@ -173,7 +175,7 @@ class Sweep:
                     skipped.append(setting)
                     continue
                 try:
-                    row = self._row(setting, about)
+                    row = self._row(setting, about, model)
                 except LimitError as why:
                     skipped.append(replace(setting, skipped=str(why)))
                 else:
@@ -199,7 +201,15 @@ class Sweep:
             front=best,
         )
 
-    def _row(self, setting: Setting, about: dict[str, Any]) -> Row | None:
+    def _model(self, truth: Truth) -> Model | None:
+        """Of the scene's errors; None where they cannot be predicted."""
+        bench = self.bench
+        try:
+            return Model(bench.scene, bench.size, truth.pixels, bench.base, bench.plan, bench.renderer.contents)
+        except GlbumpError:
+            return None
+
+    def _row(self, setting: Setting, about: dict[str, Any], model: Model | None) -> Row | None:
         """A setting's row: the one that was kept, or measured now; None when time is up. The base always is."""
         bench = self.bench
         named = {"name": setting.name if setting.kind == FEATURE else None, "base": asdict(bench.base)}
@@ -211,6 +221,7 @@ class Sweep:
             return kept | own
         if setting.kind != BASE and time.monotonic() > self._until:
             return None
+        predicted = _predicted(setting, model)
         measured = bench.measure(setting.quality, setting.scene)
         if setting.kind == BASE:
             self._gain = gain_for(measured.error["p99"] or 0.0)
@@ -222,6 +233,7 @@ class Sweep:
                 "quality": asdict(setting.quality),
                 "plan": measured.plan,
                 "error": measured.error,
+                "predicted": predicted,
                 "cost": measured.cost,
                 "gain": self._gain,
                 "pictures": self._pictures(key, measured, self._gain),
@@ -245,6 +257,16 @@ class Sweep:
 def gain_for(error: float) -> float:
     """How much pictures of errors magnify, so that one of `error` is about white: a power of two, 1 to 256."""
     return 2.0 ** min(max(round(-math.log2(max(error, 1e-9))), 0), 8)
+
+
+def _predicted(setting: Setting, model: Model | None) -> dict[str, Any] | None:
+    """What error to expect of a setting, as JSON has it; None of other scenes, and where it cannot be said."""
+    if model is None or setting.scene is not None:
+        return None
+    try:
+        return model.predict(setting.quality).facts()
+    except GlbumpError:
+        return None
 
 
 def _front(rows: list[Row], metric: str) -> list[str]:

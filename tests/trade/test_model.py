@@ -163,21 +163,18 @@ SCENES = {
     "rough": Scene([Surface(Torus(), Material(roughness=0.4), DIMPLES)], LIGHTS, Camera(eye=(0, 2, 4))),
 }
 SWEPT: dict[str, tuple[Any, ...]] = {
-    "samples": (1, 4, 9),
-    "silhouette": (1.0, 0.25),
-    "environment_filter": ("bilinear", "nearest-level"),
-    "environment_layout": ("cube", "octahedral"),
+    "samples": (1, 9),
+    "silhouette": (1.0,),
+    "environment_filter": ("bilinear",),
+    "environment_layout": ("octahedral",),
     "environment_level": ("longest",),
-    "bump_kernel": ("forward", "sobel"),
+    "bump_kernel": ("sobel",),
     "bump_read": ("shader", "screen"),
-    "bump_format": ("slopes8", "float"),
+    "bump_format": ("slopes8",),
     "bump_filter": ("bilinear",),
-    "bump_spread": ("none",),
     "texture_format": ("srgb8",),
     "gloss_size": (16,),
-    "dfg": ("fit",),
-    "diffuse": ("map",),
-    "preset": ("fast", "exact"),
+    "preset": ("balanced", "fast"),
 }
 
 
@@ -192,7 +189,7 @@ def test_nine_of_ten_settings_are_predicted_within_the_factor(name: str) -> None
         def plan(quality: Quality):  # type: ignore[no-untyped-def]
             return renderer.plan(scene, SIZE, quality)
 
-        truth = reference(scene, SIZE, 36, contents=contents).pixels
+        truth = reference(scene, SIZE, 16, contents=contents).pixels
         model = Model(scene, SIZE, truth, Quality("balanced"), plan, contents)
         for knob, values in SWEPT.items():
             for value in values:
