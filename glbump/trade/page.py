@@ -185,15 +185,18 @@ def _foretold(row: Row) -> str:
 
 def _model(trade: Trade) -> Iterable[str]:
     """Predicted beside measured, and where the model is off."""
-    rows = [row for row in trade.rows if row.get("predicted")]
-    if not rows:
+    noise = trade.truth.noise
+    foretold = [row for row in trade.rows if row.get("predicted")]
+    rows = [row for row in foretold if not max(row["error"]["rmse"], row["predicted"]["rmse"]) < noise]
+    if not foretold:
         yield "<p>Nothing was predicted: errors of captured surroundings are not.</p>"
         return
     off = [factor(row["error"]["rmse"], row["predicted"]["rmse"]) for row in rows]
     near = sum(f <= FACTOR for f in off)
     yield (
         f"<p>Before it was drawn, the RMSE of each setting was predicted from the scene's own light on tiles. Of "
-        f"{len(rows)} settings {near} ({near / len(rows):.0%}) are within {FACTOR:g} times of what was measured.</p>"
+        f"{len(rows)} settings {near} ({near / max(len(rows), 1):.0%}) are within {FACTOR:g} times of what was "
+        f"measured; {len(foretold) - len(rows)} more are nearer to the truth than it is certain, by either.</p>"
     )
     worst = [row for f, row in sorted(zip(off, rows), key=lambda pair: -pair[0]) if f > FACTOR]
     if worst:
