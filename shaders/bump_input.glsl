@@ -92,7 +92,7 @@ uniform vec3 code_range[4];  // what the last code stands for, of slopes and hei
 #if BUMP_MIP
 uniform float bump_footprint;  // of a sample, in pixels, times LEVEL_WIDTH
 #endif
-#if BUMP_TAPS > 1
+#if BUMP_TAPS > 1 || BUMP_GRADIENTS
 const float LEVEL_WIDTH = 0.57735026918962576;  // of levels, over footprints': as glbump/relief.py has it
 #endif
 
@@ -127,6 +127,19 @@ struct Relief {
     mat3 spread_by_object;
 #endif
 };
+
+// Where a map is averaged: over which footprint, as changes of u, v; or at which level.
+#if BUMP_GRADIENTS
+#define DETAIL vec4
+vec4 texture_at(sampler2D map, vec2 place, vec4 detail) {
+    return textureGrad(map, place, detail.xy, detail.zw);
+}
+#else
+#define DETAIL float
+vec4 texture_at(sampler2D map, vec2 place, float detail) {
+    return textureLod(map, place, detail);
+}
+#endif
 
 #if HAS_HEIGHTS
 vec2 slope_at(sampler2D heights, vec2 place) {
@@ -172,12 +185,12 @@ vec2 octahedral_slope(sampler2D map, vec2 place, const int stored, float middle)
 #endif
 
 // Slopes, and in b heights where there are any.
-vec3 relief_texel(sampler2D map, const int i, const int stored, float middle, vec2 place, float level) {
+vec3 relief_texel(sampler2D map, const int i, const int stored, float middle, vec2 place, DETAIL detail) {
     READS(stored >= FOLDED ? 4.0 : 1.0);
 #if HAS_FOLDED
     if (stored >= FOLDED) return vec3(octahedral_slope(map, place, stored, middle), 0.0);
 #endif
-    vec3 texel = textureLod(map, place, level).rgb;
+    vec3 texel = texture_at(map, place, detail).rgb;
 #if HAS_CODES
     if (stored == CODED) return signed_codes(texel, middle) * code_range[i];
     if (stored == XY) return vec3(slope_from_normal(normal_from_rg(texel.rg, middle)), 0.0);
@@ -186,8 +199,16 @@ vec3 relief_texel(sampler2D map, const int i, const int stored, float middle, ve
     return texel;
 }
 
-#if BUMP_MIP
-float bump_level(sampler2D map, vec2 ddx, vec2 ddy) {
+#if BUMP_GRADIENTS
+// Levels are narrower than footprints: the texture unit's by the width of what it is told, its places along the length.
+vec4 bump_detail(sampler2D map, vec2 ddx, vec2 ddy) {
+    vec2 size = vec2(textureSize(map, 0));
+    vec3 major, minor;
+    footprint_axes(vec3(ddx * size, 0.0) * bump_footprint, vec3(ddy * size, 0.0) * bump_footprint, major, minor);
+    return vec4(major.xy / LEVEL_WIDTH, minor.xy) / size.xyxy;
+}
+#elif BUMP_MIP
+float bump_detail(sampler2D map, vec2 ddx, vec2 ddy) {
     vec2 size = vec2(textureSize(map, 0)) * bump_footprint;
     return isotropic_level(ddx * size, ddy * size);
 }
@@ -214,7 +235,7 @@ vec3 moments_at(sampler2D spread, const int kind, const int i, const int stored,
 #endif
 
 // Slopes of the map at `place`; and in b its height.
-vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, float middle, vec2 place, float level) {
+vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, float middle, vec2 place, DETAIL detail) {
 #if HAS_HEIGHTS
     if ((kind & 3) == HEIGHTS && (kind & SCREEN) == 0) {
         READS(float(KERNEL_READS + BUMP_FULL * (KERNEL == BSPLINE ? 16 : 1)));
@@ -234,15 +255,15 @@ vec3 texel_at(sampler2D map, const int kind, const int i, const int stored, floa
     }
 #endif
 #if SHOW == SHOW_LEVEL
-    if (i == 0) shown.g = level;
+    if (i == 0) shown.g = detail;
 #endif
 #if HAS_SCREEN
     if ((kind & SCREEN) != 0) {
         READS(1.0);
-        return vec3(0.0, 0.0, textureLod(map, place, level).r);
+        return vec3(0.0, 0.0, texture_at(map, place, detail).r);
     }
 #endif
-    vec3 texel = relief_texel(map, i, stored, middle, place, level);
+    vec3 texel = relief_texel(map, i, stored, middle, place, detail);
     // Beyond the edge of a map that ends the height goes on as it is at the edge.
     if ((kind & CLAMPED) != 0) texel.rg *= step(0.0, place) * step(place, vec2(1.0));
     return texel;
@@ -292,14 +313,14 @@ vec3 averaged_texel(sampler2D map, sampler2D spread, const int kind, const int i
     return mean;
 #else
 #if BUMP_MIP
-    float level = bump_level(map, ddx, ddy);
+    DETAIL detail = bump_detail(map, ddx, ddy);
 #else
-    const float level = 0.0;
+    const float detail = 0.0;
 #endif
 #if SPREAD
-    moments = moments_at(spread, kind, i, stored, place, level);
+    moments = moments_at(spread, kind, i, stored, place, detail);
 #endif
-    return texel_at(map, kind, i, stored, middle, place, level);
+    return texel_at(map, kind, i, stored, middle, place, detail);
 #endif
 }
 

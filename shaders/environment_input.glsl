@@ -136,6 +136,21 @@ vec3 picture_radiance(vec3 dir_env, float level) {
 }
 #endif
 
+#if ENVIRONMENT <= CUBE && ENVIRONMENT_FOOTPRINT && ENVIRONMENT_GRADIENTS
+// The same over a footprint, by the texture unit's own look-ups along it.
+vec3 picture_over(vec3 dir_env, vec3 ddx, vec3 ddy) {
+    READS(1.0);
+#if ENVIRONMENT == LATLONG
+    vec2 place = latlong_uv(dir_env);
+    vec2 place_dx = wrapped_difference(latlong_uv(normalize(dir_env + ddx)) - place);
+    vec2 place_dy = wrapped_difference(latlong_uv(normalize(dir_env + ddy)) - place);
+    return textureGrad(environment, place, place_dx, place_dy).rgb;
+#else
+    return textureGrad(environment, dir_env, ddx, ddy).rgb;
+#endif
+}
+#endif
+
 // How a direction changes across a sample, from pixel to pixel; 0 where nothing reads it.
 vec3 footprint_x(vec3 dir_env) {
 #if ENVIRONMENT_FOOTPRINT
@@ -154,8 +169,11 @@ vec3 footprint_y(vec3 dir_env) {
 }
 
 #if ENVIRONMENT < SKY
-// Averaged over a footprint that counts as wide as long, but for what direction_level says.
+// Averaged over a footprint that counts as wide as long, but for what direction_level says; or by the texture unit.
 vec3 averaged_picture(vec3 dir_env, vec3 ddx, vec3 ddy) {
+#if ENVIRONMENT <= CUBE && ENVIRONMENT_FOOTPRINT && ENVIRONMENT_GRADIENTS
+    return picture_over(dir_env, ddx, ddy);
+#else
 #if ENVIRONMENT_FOOTPRINT
     // By the largest texels there are: where a layout's are smaller (near the poles, in a cube's corners) the level is
     // finer than the footprint's. Levels by each texel's own solid angle blur more than that sparkles.
@@ -178,6 +196,7 @@ vec3 averaged_picture(vec3 dir_env, vec3 ddx, vec3 ddy) {
     radiance = mix(below, radiance, share_above(dir_env.y, ddx.y, ddy.y));
 #endif
     return radiance;
+#endif
 }
 #endif
 

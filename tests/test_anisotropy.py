@@ -11,11 +11,14 @@ import pytest
 import glbump as gb
 from glbump import reference
 from glbump.contents import Contents
+from glbump.gl import probe
+from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
 from glbump.glsltest import inputs
 from glbump.maps import patterns
 from glbump.maps.cube import texel_directions
 from glbump.maps.heights import slopes
+from glbump.plan import Capabilities, make_plan
 from glbump.reference.ewa import elliptical_average
 from glbump.reference.filter import footprint_axes, footprint_taps
 from glbump.reference.reflect import reflect_dir
@@ -218,3 +221,99 @@ def test_a_plane_that_recedes_comes_nearer_to_the_truth(renderer: Renderer) -> N
         return float(np.sqrt(((renderer.render(scene, (32, 32), quality).pixels - truth)[inside] ** 2).mean()))
 
     assert error(4) < 0.92 * error(1)
+
+
+# ---- by the texture unit
+
+
+def forced(renderer: Renderer, scene: gb.Scene, quality: gb.Quality, *, honoured: bool) -> gb.Frame:
+    """Of a driver that honours the limit of anisotropy, or does not."""
+    before = renderer.capabilities
+    renderer.capabilities = replace(before, honours_anisotropy=lambda: honoured)
+    try:
+        # The renderer keeps what it prepared for a scene: a new scene has none.
+        return renderer.render(replace(scene), (64, 64), quality)
+    finally:
+        renderer.capabilities = before
+
+
+FROM_ABOVE = gb.Camera(eye=(0, 1.2, 4), target=(0, 0, 0), fov=40)
+SMOOTH = gb.LatLong(patterns.fbm((64, 128))[..., None].repeat(3, axis=-1))
+BY_UNIT: dict[str, tuple[gb.Scene, str]] = {
+    "panorama": (replace(TORUS, environment=SMOOTH), "given"),
+    "cube": (replace(TORUS, environment=SMOOTH), "cube"),
+    "bumps": (gb.Scene([gb.Surface(FLOOR, MIRROR, BUMPED["plane"][1])], LIGHT, FROM_ABOVE), "given"),
+    "codes": (gb.Scene([gb.Surface(FLOOR, MIRROR, BUMPED["codes"][1])], LIGHT, FROM_ABOVE), "given"),
+}
+
+
+@pytest.mark.parametrize("kind", BY_UNIT)
+def test_the_texture_units_own_look_ups_are_like_ours(renderer: Renderer, kind: str) -> None:
+    """As far as llvmpipe shows it: under any limit it takes sixteen along how the place changes from pixel to pixel,
+    whatever footprint it is given. Of three quarters of the pixels that is about the same."""
+    scene, layout = BY_UNIT[kind]
+    quality = gb.Quality("balanced", samples=1, anisotropy=16, bump_spread="none", environment_layout=layout)
+    unit, ours = (forced(renderer, scene, quality, honoured=honoured) for honoured in (True, False))
+    assert "texture unit's own" in unit.stats["explain"]
+    assert "texture unit's own" not in ours.stats["explain"]
+    finest = replace(quality, environment_filter="bilinear", bump_filter="bilinear")
+    covered = forced(
+        renderer, replace(scene, environment=replace(scene.environment, background=False)), finest, honoured=True
+    )
+
+    def apart(other: gb.Frame) -> float:
+        off = np.abs(other.pixels - ours.pixels)[covered.pixels[..., 3] > 0.5]
+        return float(np.percentile(off[:, :3].max(axis=-1), 75))
+
+    assert 0 < apart(unit) < 0.1
+    # Not level 0, which is neither's.
+    assert apart(unit) < 0.75 * apart(forced(renderer, scene, finest, honoured=True))
+
+
+def test_this_driver_looks_up_as_it_likes(renderer: Renderer) -> None:
+    if not renderer.context.is_software:
+        pytest.skip("of Mesa's llvmpipe and softpipe")
+    assert not renderer.context.honours_anisotropy
+    quality = gb.Quality("balanced", anisotropy=4, bump_spread="none")
+    assert "texture unit's own" not in renderer.render(TORUS, (16, 16), quality).stats["explain"]
+
+
+@pytest.mark.parametrize(("changes", "bumps"), [({"bump_spread": "lean"}, False), ({"bump_spread": "none"}, True)])
+def test_what_texture_units_average_has_no_spread(changes: dict[str, str], bumps: bool) -> None:
+    bumped = gb.Surface(FLOOR, MIRROR, BUMPED["plane"][1])
+    quality = gb.Quality("balanced", anisotropy=4, **changes)  # type: ignore[arg-type]
+    able = Capabilities(honours_anisotropy=lambda: True)
+    plan = make_plan(gb.Scene([bumped], PANORAMA), quality, (64, 64), Contents(), able)
+    defines = dict(plan.surfaces[0].defines)
+    assert (defines["ENVIRONMENT_GRADIENTS"], defines["ANISOTROPY"]) == (4, 1)
+    assert (defines["BUMP_GRADIENTS"], defines["BUMP_TAPS"]) == ((4, 1) if bumps else (0, 4))
+
+
+def test_drivers_are_asked_where_a_plan_needs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once a context, and not by pictures that have one look-up."""
+    asked = []
+
+    def told(context: Context) -> dict[str, bool]:
+        asked.append(context)
+        return {"honoured": True}
+
+    monkeypatch.setattr(probe, "anisotropy", told)
+    with Renderer() as fresh:
+        fresh.render(TORUS, (16, 16), "balanced")
+        fresh.render(TORUS, (16, 16), gb.Quality("balanced", anisotropy=4), show="level")
+        assert asked == []
+        for samples in (1, 4):
+            fresh.render(TORUS, (16, 16), gb.Quality("balanced", samples=samples, anisotropy=4))
+        assert asked == [fresh.context]
+
+
+def test_asking_leaves_the_picture_alone() -> None:
+    quality = gb.Quality("balanced", samples=1, anisotropy=4)
+    pictures = []
+    for order in ((quality,), ("balanced", quality)):
+        with Renderer() as fresh:
+            for how in order:
+                frame = fresh.render(TORUS, (32, 32), how)
+            pictures.append(frame.pixels)
+            assert fresh.context.honours_anisotropy is probe.anisotropy(fresh.context)["honoured"]
+    assert np.array_equal(pictures[0], pictures[1])

@@ -73,6 +73,13 @@ class Context:
         return int(self.gl.max_samples) if can else 0
 
     @cached_property
+    def honours_anisotropy(self) -> bool:
+        """Whether look-ups along footprints are as many as they are told to be; by drawing some."""
+        from glbump.gl.probe import anisotropy  # next to no picture needs it
+
+        return bool(anisotropy(self)["honoured"])
+
+    @cached_property
     def is_software(self) -> bool:
         """Whether the CPU does the drawing (llvmpipe and its kin)."""
         return any(name in str(self.info["renderer"]).lower() for name in SOFTWARE)

@@ -54,6 +54,7 @@ def draw(
     framebuffer = gl.framebuffer([target])
     vertices = gl.vertex_array(program, [])
     framebuffer.use()
+    gl.enable_only(moderngl.NOTHING)
     if texture:
         texture.use(0)
     vertices.render(gl.TRIANGLES, vertices=3)
@@ -125,7 +126,8 @@ def level_of_detail(context: Context) -> Finding:
 
 
 def anisotropy(context: Context) -> Finding:
-    """Level taken for a footprint of 16 x 1 texels under limits 1 to 16: right is log2(16 / limit)."""
+    """Level taken for a footprint of 16 x 1 texels under limits 1 to 16: right is log2(16 / limit). And given to
+    textureGrad, under a limit of 2, where the place itself changes by 1 x 1."""
     texture = _levels_texture(context.gl)
     limits = [limit for limit in (1, 2, 4, 8, 16) if limit <= max(1.0, context.gl.max_anisotropy)]
     levels = {}
@@ -133,17 +135,24 @@ def anisotropy(context: Context) -> Finding:
         texture.anisotropy = float(limit)
         body = "result = texture(map, gl_FragCoord.xy * vec2(16, 1) / 256);"
         levels[str(limit)] = float(draw(context, (16, 16), body, texture)[8, 8, 0])
+    texture.anisotropy = 2.0
+    body = "result = textureGrad(map, gl_FragCoord.xy / 256, vec2(16, 0) / 256, vec2(0, 1) / 256);"
+    given = float(draw(context, (16, 16), body, texture)[8, 8, 0])
     texture.release()
     if len(levels) == 1:
         honoured, meaning = False, "this driver has no anisotropic filtering"
     else:
-        honoured = levels["2"] > 1.5  # right is 3, and 0 where 2 does what 16 does
+        # Right is 3: 0 where 2 does what 16 does, 4 where footprints that are given are as wide as long.
+        limited = levels["2"] > 1.5
+        honoured = limited and 1.5 < given < 3.5
         meaning = (
             "the limit is honoured: sharp at grazing angles, for as many taps as the limit says"
             if honoured
-            else "the limit is ignored: any above 1 costs the most; leave it off here"
+            else "the limit is honoured, but not of footprints that are given; glbump looks up along these itself"
+            if limited
+            else "the limit is ignored: any above 1 costs the most; glbump looks up along footprints itself"
         )
-    return {"limits": limits, "levels": levels, "honoured": honoured, "meaning": meaning}
+    return {"limits": limits, "levels": levels, "given": given, "honoured": honoured, "meaning": meaning}
 
 
 def odd_mips(context: Context) -> Finding:

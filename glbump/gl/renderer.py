@@ -6,6 +6,7 @@ import ctypes
 import time
 from collections.abc import Callable, Hashable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import moderngl
@@ -85,6 +86,7 @@ class Renderer:
             multisamples=self.context.multisamples,
             memory=memory.host_bytes(),
             texture_memory=memory.texture_bytes(self.context),
+            honours_anisotropy=partial(getattr, self.context, "honours_anisotropy"),
         )
         self._planner = Planner(self.contents)
 
@@ -361,7 +363,10 @@ class Renderer:
         elif environment.layout is not None:
             textures.append((self._environment(environment, shown), _ENVIRONMENT))
         for i, layer in enumerate(how.layers):
-            textures.append((self._store.relief(layer, plan, full=bool(how.has("BUMP_FULL"))), _BUMP_0 + i))
+            texture = self._store.relief(layer, plan, full=bool(how.has("BUMP_FULL")))
+            if how.has("BUMP_GRADIENTS"):
+                texture.anisotropy = how.has("BUMP_GRADIENTS")
+            textures.append((texture, _BUMP_0 + i))
             if how.has("SPREAD") and layer.has_spread(plan.bump_filter):
                 textures.append((self._store.spread(layer, plan), _SPREAD_0 + i))
         return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), textures)

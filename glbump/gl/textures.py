@@ -154,7 +154,11 @@ class Store:
             plan.filter,
             plan.pyramid,
         )
-        return self._get(key, lambda: self._make_environment(plan))
+        texture: moderngl.Texture | moderngl.TextureCube = self._get(key, lambda: self._make_environment(plan))
+        most = dict(plan.defines).get("ENVIRONMENT_GRADIENTS", 0)
+        if most:  # Who reads given levels is not touched by it.
+            texture.anisotropy = most
+        return texture
 
     def _make_environment(self, plan: EnvironmentPlan) -> tuple[Any, int]:
         picture, stored = self._contents.environment(plan.environment), LIGHT_FORMATS[plan.texture_format]

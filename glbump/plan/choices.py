@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -47,11 +48,16 @@ GLOSSES = {"chain": 0, "sampled": 1}
 FACTORS = {"fit": 0, "table": 1}
 
 
+def _never() -> bool:
+    return False
+
+
 @dataclass(frozen=True)
 class Capabilities:
     """What the driver can do, as far as a plan depends on it. multisamples: most samples a pixel that one pass draws,
     and shades one by one; 0 where a driver cannot. memory, texture_memory: bytes free in the machine, and on
-    the graphics card; None where that is not known."""
+    the graphics card; None where that is not known. honours_anisotropy: says whether texture units look up along
+    footprints, and as often as they are told; asked where a plan depends on it, as it is measured by drawing."""
 
     max_texture_size: int = 16384
     max_cube_size: int = 16384
@@ -59,6 +65,7 @@ class Capabilities:
     multisamples: int = 0
     memory: int | None = None
     texture_memory: int | None = None
+    honours_anisotropy: Callable[[], bool] = _never
 
 
 @dataclass(frozen=True)
@@ -177,6 +184,11 @@ class Draft:
     def shown(self) -> int:
         """The number of what is shown in place of light; 0: light."""
         return 0 if self.show is None else SHOWN[self.show].number
+
+    @property
+    def has_gradients(self) -> bool:
+        """Whether the texture unit's own look-ups along footprints are used; they do not say at which levels."""
+        return self.quality.anisotropy > 1 and self.show is None and self.capabilities.honours_anisotropy()
 
     def note(self, what: str, value: object, why: str) -> None:
         """One more choice."""

@@ -188,14 +188,17 @@ def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, res
     levels = quality.environment_filter != "bilinear"
     by = {"longest": "the longer side of", "area": "the area of"}[quality.environment_level]
     why = f"levels by {by} the sample's footprint" if levels else "level 0 alone; the samples average"
-    if levels and quality.anisotropy > 1:
-        why += f", at up to {quality.anisotropy} places along it where it is longer than wide"
-    draft.note(f"{name} filter", quality.environment_filter, why)
     own_grid = (
         resampled is None
         and not isinstance(environment, Captured)
         and draft.contents.environment(environment).has_own_grid
     )
+    by_driver = levels and layout in (LATLONG, CUBE) and not own_grid and not isinstance(environment, Captured)
+    by_driver = by_driver and draft.has_gradients
+    if levels and quality.anisotropy > 1:
+        why += f", at up to {quality.anisotropy} places along it where it is longer than wide"
+        why += ", the texture unit's own" if by_driver else ""
+    draft.note(f"{name} filter", quality.environment_filter, why)
     below = WHOLE
     if not layout.whole:
         mirrored = not isinstance(environment, HemiCube | Hemisphere) or environment.below == MIRRORED
@@ -205,7 +208,8 @@ def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, res
         "ENVIRONMENT_BORDER": int(own_grid),
         "ENVIRONMENT_FOOTPRINT": int(levels or draft.show == "footprint"),
         "ENVIRONMENT_LEVEL": LEVELS[quality.environment_level],
-        "ANISOTROPY": quality.anisotropy if levels else 1,
+        "ANISOTROPY": quality.anisotropy if levels and not by_driver else 1,
+        "ENVIRONMENT_GRADIENTS": quality.anisotropy if by_driver else 0,
         "ENVIRONMENT_BELOW": below,
         # Levels of tiles in a column are not a texture unit's to mix: their borders differ.
         "ENVIRONMENT_MIX": int(quality.environment_filter == "trilinear" and layout not in (LATLONG, CUBE)),

@@ -108,13 +108,15 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], sun
     note(f"{name} light", *why_light(surface.material))
     box = world_bounds(surface, contents)
     footprint = bool(dict(environment[1])["ENVIRONMENT_FOOTPRINT"])
+    kept = spread(draft, name, surface, layers, light, footprint, box) if layers else 0
     defines = {
         "SHAPE": _SHAPES[type(shape)],
         "OUTLINE": int(outline),
         "TRANSFORM": _transform(surface, scene),
         "DIRECTION": BY_PIXEL if near else BY_POINT,
         **bumps,
-        "SPREAD": spread(draft, name, surface, layers, light, footprint, box) if layers else 0,
+        **_bump_look_ups(draft, name, bool(bumps["BUMP_MIP"]), kept),
+        "SPREAD": kept,
         "LOOKUP": LOOKUPS[scene.environment_of(surface).lookup],
         "LIGHT": light,
         "DIFFUSE": DIFFUSES[draft.quality.diffuse] if surface.material.is_diffuse else 0,
@@ -155,9 +157,6 @@ def _bumps(draft: Draft, name: str, surface: Surface) -> tuple[tuple[Layer, ...]
         note(f"{name} bump{number} format", layer.stored.name, layer.stored_why)
         if layer.filter(quality.bump_filter) != "bilinear":
             note(f"{name} bump{number} pyramid", layer.pyramid, _PYRAMIDS[layer.pyramid])
-            if quality.anisotropy > 1:
-                why = "along footprints that are longer than wide, at levels of their width"
-                note(f"{name} bump{number} look-ups", f"up to {quality.anisotropy}", why)
         if layer.is_triplanar and layer.kind != relief.SCREEN:
             off = relief.mixing(surface, layer, contents)
             why = f"normals are off by {off:.2g} degrees at most where its three maps meet"
@@ -175,15 +174,13 @@ def _bump_defines(layers: tuple[Layer, ...], quality: Quality, full: bool) -> di
     kinds = [_kind(layer) for layer in layers]
     of_texels = [layer for layer in layers if layer.kind == relief.HEIGHTS]
     on_screen = [layer for layer in layers if layer.kind == relief.SCREEN]
-    has_levels = any(layer.filter(quality.bump_filter) != "bilinear" for layer in layers)
     defines = {
         "BUMP": len(layers),
         **{f"BUMP_{i}": kind for i, kind in enumerate(kinds)},
         **{f"STORED_{i}": layer.stored.family for i, layer in enumerate(layers)},
         **{f"MIDDLE_{i}": layer.stored.middle for i, layer in enumerate(layers)},
         "BUMP_FULL": int(full),
-        "BUMP_MIP": int(has_levels),
-        "BUMP_TAPS": quality.anisotropy if has_levels else 1,
+        "BUMP_MIP": int(any(layer.filter(quality.bump_filter) != "bilinear" for layer in layers)),
         "HAS_CODES": int(any(layer.stored.family != PLAIN for layer in layers)),
         "HAS_FOLDED": int(any(not layer.stored.is_filtered for layer in layers)),
         "HAS_UV": int(not all(layer.is_triplanar for layer in layers)),
@@ -198,6 +195,17 @@ def _bump_defines(layers: tuple[Layer, ...], quality: Quality, full: bool) -> di
         # All come by one quality.
         defines["KERNEL"] = IN_SHADERS.index((of_texels or on_screen)[0].kernel)
     return defines
+
+
+def _bump_look_ups(draft: Draft, name: str, has_levels: bool, spread: int) -> dict[str, int]:
+    """Who looks bumps up along footprints. spread: what is kept of those that this averages."""
+    most = draft.quality.anisotropy if has_levels else 1
+    # Texture units do not say how what they have averaged varies.
+    by_driver = most > 1 and not spread and draft.has_gradients
+    if most > 1:
+        why = "along footprints that are longer than wide, at levels of their width"
+        draft.note(f"{name} bump look-ups", f"up to {most}", why + (", the texture unit's own" if by_driver else ""))
+    return {"BUMP_TAPS": 1 if by_driver else most, "BUMP_GRADIENTS": most if by_driver else 0}
 
 
 def _kind(layer: Layer) -> int:
