@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from glbump.maps.images import TONES
 from glbump.quality import PRESETS
 from glbump.viewer import exports, navigation
+from glbump.viewer.comparing import OFF, SECONDS, WAYS, WIPE
 
 if TYPE_CHECKING:
     from glbump.viewer.window import Viewer
@@ -31,6 +32,16 @@ def _brighter(viewer: Viewer, stops: float) -> None:
 
 def _tone(viewer: Viewer) -> None:
     viewer.shown.show_as(tone=TONES[(TONES.index(viewer.shown.tone) + 1) % len(TONES)])
+
+
+def _next_way(viewer: Viewer) -> None:
+    viewer.compare(WAYS[(WAYS.index(viewer.comparison.way) + 1) % len(WAYS)])
+
+
+def _next_second(viewer: Viewer) -> None:
+    comparison = viewer.comparison
+    second = SECONDS[(SECONDS.index(comparison.second) + 1) % len(SECONDS)]
+    viewer.compare(WIPE if comparison.way == OFF else comparison.way, second)
 
 
 ACTIONS: tuple[Action, ...] = (
@@ -60,8 +71,10 @@ ACTIONS: tuple[Action, ...] = (
     Action(("t",), "the next tone curve", _tone),
     Action(("v",), "in place of light: level, normal, slope ...", lambda viewer: viewer.shown.show_view(1)),
     Action(("ctrl+v",), "", lambda viewer: viewer.shown.show_view(-1)),
-    Action(("x",), "against the truth: side by side, a heat map", lambda viewer: viewer.next_comparison()),
+    Action(("x",), f"beside another quality: {', '.join(WAYS[1:])}", _next_way),
+    Action(("ctrl+x",), f"which: {', '.join(SECONDS)}", _next_second),
     Action(("i",), "what the pixel under the cursor is made of", lambda viewer: viewer.inspect()),
+    Action(("ctrl+i",), "the float64 reference round the cursor", lambda viewer: viewer.refer()),
     Action(("1",), f"quality: {', '.join(PRESETS)}", lambda viewer: viewer.shown.set_quality("fast")),
     Action(("2",), "", lambda viewer: viewer.shown.set_quality("balanced")),
     Action(("3",), "", lambda viewer: viewer.shown.set_quality("exact")),
@@ -71,7 +84,7 @@ ACTIONS: tuple[Action, ...] = (
     Action(("f11",), "the whole screen, or a window", lambda viewer: viewer.toggle_screen()),
     Action(("f12",), "a picture, as glbump render draws it", exports.picture),
     Action(("ctrl+s",), "save the scene, with what it needs", exports.scene),
-    Action(("escape",), "stop what goes on; put messages away", lambda viewer: viewer.shown.stop()),
+    Action(("escape",), "stop what goes on; put messages away", lambda viewer: viewer.stop()),
     Action(("ctrl+q", "ctrl+w"), "close", lambda viewer: viewer.close()),
 )
 """A row that says nothing is explained by the one above it."""

@@ -8,8 +8,9 @@ import numpy as np
 
 from glbump.gl.screen import Box
 from glbump.viewer.actions import help_rows
-from glbump.viewer.comparing import FULL, HEAT, WIPE
+from glbump.viewer.comparing import FLICKER, FULL, HEAT, WIPE, legend
 from glbump.viewer.pace import BUDGET, Step, scaled
+from glbump.viewer.regions import EDGE
 from glbump.viewer.text import COLUMN, POINTS, plate
 
 if TYPE_CHECKING:
@@ -37,6 +38,36 @@ def status(viewer: Viewer) -> str:
 
 _LINE = np.full((1, 1, 4), 255, np.uint8)
 
+
+def _over_picture(viewer: Viewer) -> list[Box]:
+    """What lies on the picture in place: the line of a split, the heat map, the reference."""
+    boxes = []
+    shown, stage, comparison, reference = viewer.shown, viewer.stage, viewer.comparison, viewer.reference
+    if comparison.way == WIPE and comparison.picture is not None:
+        boxes.append(Box(_LINE, viewer.split - 1, 0, (2, stage.size[1])))
+    elif comparison.way == HEAT and comparison.heat is not None:
+        boxes.append(Box(comparison.heat, stage.left, 0, stage.room))
+    if reference.region is not None:
+        # Light is not what a heat map and a view show.
+        light = comparison.way != HEAT and shown.view is None
+        framed = reference.box(shown.tone, shown.exposure, filled=light)
+        boxes.append(Box(framed, stage.left + reference.region[0] - EDGE, reference.region[1] - EDGE))
+    return boxes
+
+
+def _compared(viewer: Viewer) -> str:
+    """The line about the second picture."""
+    comparison, ours = viewer.comparison, viewer.shown.quality.preset
+    if not comparison.figures:
+        return f"{comparison.way}: {comparison.second} is being drawn"
+    how = {
+        WIPE: f"left: {ours}, right: {comparison.second}",
+        FLICKER: f"flicker, now: {comparison.second if comparison.flipped else ours}",
+        HEAT: f"{ours} and {comparison.second}, dark: equal, pale: {FULL:.0f} of 255 and more",
+    }[comparison.way]
+    return f"{how}; {comparison.figures}"
+
+
 SIZES = (1.0, 0.85, 0.7, 0.55, 0.45)
 """Shares of the letters' size that are tried, so that what is long is small before it is not there."""
 
@@ -59,18 +90,17 @@ def plates(viewer: Viewer, size: tuple[int, int], ratio: float, line: str | None
         return 0
 
     shown = viewer.shown
-    comparison = viewer.comparison
-    if comparison.way == WIPE and comparison.picture is not None:
-        boxes.append(Box(_LINE, viewer.split - 1, 0, (2, height)))
-    elif comparison.way == HEAT and comparison.heat is not None:
-        boxes.append(Box(comparison.heat, viewer.stage.left, 0, viewer.stage.room))
+    boxes += _over_picture(viewer)
     bottom = height - gap - lay(status(viewer) if line is None else line, "plain", 0, height - gap)
-    if comparison.way:
-        said = comparison.figures or "the truth is being drawn"
-        sides = (
-            f"left: {shown.quality.preset}; right: the truth" if comparison.way == WIPE else f"heat map, to {FULL:.0f}"
-        )
-        bottom -= lay(f"{sides}; {said}", "plain", 0, bottom)
+    if viewer.comparison.way:
+        bottom -= lay(_compared(viewer), "plain", 0, bottom)
+        if viewer.comparison.heat is not None and viewer.comparison.way == HEAT:
+            bar = min(round(16 * POINTS * ratio), width - left - gap), round(POINTS * ratio)
+            if min(bar) > 2 and bottom - bar[1] > gap:
+                boxes.append(Box(legend(*bar), left, bottom - bar[1]))
+                bottom -= bar[1] + gap
+    if viewer.reference.region is not None:
+        bottom -= lay(viewer.reference.says, "plain", 0, bottom)
     top = gap
     for text, kind in ((shown.trouble, "error"), (shown.work, "note"), (shown.note, "note"), (shown.told, "plain")):
         if text:

@@ -30,9 +30,10 @@ class Showing:
     """The state of a window.
 
     opens: what there is to show, each made when it is its turn. tone, exposure: in place of the subjects' own.
-    version: goes up when the picture has to be drawn anew; changed: when it last did. exposed: how often what there is
-    has still to be brought to the screen. note: what was done, for a while; work: what is being done;
-    told: of a pixel, until the picture changes. view: what is shown in place of light, a name of glbump.shown.
+    version: goes up when the picture has to be drawn anew; changed: when it last did, or the tone or exposure.
+    exposed: how often what there is has still to be brought to the screen. note: what was done, for a while; work: what
+    is being done; told: of a pixel, until the picture changes. view: what is shown in place of light, a name of
+    glbump.shown.
     """
 
     def __init__(
@@ -130,6 +131,7 @@ class Showing:
         """Another tone curve, or exposure in stops; nothing is drawn anew."""
         self.tone = self.tone if tone is None else tone
         self.exposure = self.exposure if exposure is None else min(max(exposure, -64.0), 64.0)
+        self.changed = time.perf_counter()
         self.expose()
 
     # ------------------------------------------------------------ files

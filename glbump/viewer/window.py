@@ -18,14 +18,16 @@ from glbump.errors import ContextError, SceneError
 from glbump.frame import Frame
 from glbump.quality import Quality
 from glbump.scene import Scene
-from glbump.viewer.comparing import WIPE, Comparison
+from glbump.viewer.comparing import FLICKER, WIPE, Comparison
 from glbump.viewer.hands import ACTION, Hands
 from glbump.viewer.pace import Pace, Step, scaled
 from glbump.viewer.plates import plates, status
+from glbump.viewer.regions import RegionReference
 from glbump.viewer.showing import Open, Showing
 from glbump.viewer.stage import Stage, Timing
 
 if TYPE_CHECKING:
+    from glbump.gl import prepared
     from glbump.viewer.panel import Panel
 
 LOOK = 0.25
@@ -68,6 +70,7 @@ class Viewer:
         self.timings: deque[Timing] = deque(maxlen=120)
         self.read_back: float | None = None
         self.comparison = Comparison()
+        self.reference = RegionReference()
         self._pace = Pace()
         self._drawn = Drawn(-1, Step(1, 1.0))
         self._looked, self._title = 0.0, ""
@@ -111,6 +114,9 @@ class Viewer:
             self._looked = now
             if self.shown.look_at_files():
                 self.shown.attempt("shaders", self.stage.renew)
+        self.reference.follow(self.shown, self.stage.room)
+        if self.reference.poll():
+            self.shown.expose()
         if self.is_hidden:
             return
         if self.shown.is_busy:
@@ -121,8 +127,10 @@ class Viewer:
         step = self._next_step(now)
         if step is not None:
             self._draw(step)
-        elif self._compares and now >= self.shown.changed + REST:
-            self.shown.attempt("comparison", self._compare)
+        elif now >= self.shown.changed + REST:
+            self._compare()
+        if self.comparison.flip(now):
+            self.shown.expose()
         if self.shown.exposed:
             self._present()
 
@@ -133,9 +141,10 @@ class Viewer:
             return LOOK
         if shown.is_busy or shown.exposed or self.hands.is_flying or self._drawn.version != shown.version:
             return 0.0
+        now = time.perf_counter()
         if self._drawn.step != self._whole or self._compares:
-            return max(0.0, shown.changed + REST - time.perf_counter())
-        return LOOK
+            return max(0.0, shown.changed + REST - now)
+        return min(LOOK, self.comparison.until_flip(now))
 
     @property
     def is_hidden(self) -> bool:
@@ -199,23 +208,42 @@ class Viewer:
 
     @property
     def _compares(self) -> bool:
-        """Whether there is a finer truth to hold the picture against."""
-        self.comparison.begin(self.shown.version)
-        return self.comparison.next_samples is not None and not self.shown.view and not self.shown.trouble
+        """Whether there is something that the picture has not been held against."""
+        shown = self.shown
+        self.comparison.begin(shown.version)
+        due = self.comparison.is_due(shown.tone, shown.exposure) or self.reference.is_due(shown)
+        return due and not shown.view and not shown.trouble
 
     def _compare(self) -> None:
-        samples = self.comparison.next_samples
-        if samples is not None and self.comparison.refine(self.shown, self.stage, samples, self._is_disturbed):
-            self.shown.expose()
+        shown = self.shown
+        if not self._compares:
+            return
+        if self.reference.is_due(shown):
+            shown.attempt("the reference", lambda: self.reference.measure(shown, self.stage))
+        else:
+            shown.attempt("comparison", lambda: self.comparison.carry_on(shown, self.stage, self._is_disturbed))
+        shown.expose()
 
-    def next_comparison(self) -> None:
-        """Hold the picture against the truth: not, side by side, as a map of the difference."""
-        self.comparison.go()
+    def compare(self, way: str | None = None, second: str | None = None) -> None:
+        """Hold the picture against a second one, as glbump.viewer.comparing has it: another way, or another one."""
+        comparison = self.comparison
+        comparison.choose(comparison.way if way is None else way, second or comparison.second)
         self.shown.expose()
 
     @property
+    def beside(self) -> tuple[prepared.Drawn, int] | None:
+        """The second picture, and the column of the window from which on it is seen: the cursor's, or the first; None
+        while it is not."""
+        comparison = self.comparison
+        if comparison.picture is None:
+            return None
+        if comparison.way == FLICKER:
+            return (comparison.picture, self.stage.left) if comparison.flipped else None
+        return (comparison.picture, self.split) if comparison.way == WIPE else None
+
+    @property
     def split(self) -> int:
-        """The column of the window at which the truth begins: the cursor's."""
+        """The column of the window at which the second picture begins: the cursor's."""
         width, height = self.stage.room
         column = int(self.hands.at[0] * height + width / 2)
         return self.stage.left + min(max(column, 1), width - 1)
@@ -234,12 +262,10 @@ class Viewer:
         now = time.perf_counter()
         if now - self._told > LOOK or self._rests:
             self._told, self._line = now, status(self)
+        self.comparison.begin(shown.version)
         boxes = plates(self, self.stage.size, self.stage.ratio, self._line)
         over = self.panel.draw if self.panel is not None and self.panel.is_shown else None
-        self.comparison.begin(shown.version)
-        truth = self.comparison.picture if self.comparison.way == WIPE else None
-        beside = None if truth is None else (truth, self.split)
-        ms = self.stage.present(shown.tone, shown.exposure, boxes, over, beside)
+        ms = self.stage.present(shown.tone, shown.exposure, boxes, over, self.beside)
         if self.timings:
             self.timings[-1] = self.timings[-1]._replace(present=ms)
 
@@ -266,15 +292,32 @@ class Viewer:
         self.shown.say("the GPU was reset; all that was on it has been made again")
         self.shown.touch()
 
-    def inspect(self) -> None:
-        """Tell of the pixel under the cursor."""
+    def _pointed(self) -> tuple[int, int] | None:
+        """The picture's pixel under the cursor, row 0 on top."""
         width, height = self.stage.room
         across, up = self.hands.at
         x, y = int(across * height + width / 2), int((0.5 - up) * height)
-        if 0 <= x < width and 0 <= y < height:
+        return (x, y) if 0 <= x < width and 0 <= y < height else None
+
+    def inspect(self) -> None:
+        """Tell of the pixel under the cursor."""
+        pixel = self._pointed()
+        if pixel is not None:
             from glbump.viewer.inspecting import inspect
 
-            self.shown.begin(inspect(self, x, y))
+            self.shown.begin(inspect(self, *pixel))
+
+    def refer(self) -> None:
+        """Have the float64 reference made round the cursor, in the background."""
+        pixel = self._pointed()
+        if pixel is not None:
+            self.reference.begin(self.shown, self.stage.room, *pixel)
+            self.shown.expose()
+
+    def stop(self) -> None:
+        """Give up what goes on, and put all plates away."""
+        self.reference.cancel()
+        self.shown.stop()
 
     def reload(self) -> None:
         """Read the scene and the shaders anew, and whatever else has changed."""
@@ -321,6 +364,7 @@ class Viewer:
 
     def release(self) -> None:
         """Close the window and free everything."""
+        self.reference.cancel()
         if self.panel is not None:
             self.panel.release()
             self.panel = None

@@ -127,8 +127,9 @@ def shot(viewer: Any, *, plates: bool = False) -> npt.NDArray[np.uint8]:
     how = stage.size, shown.tone, shown.exposure
     stage.screen.show(stage.picture and stage.picture.frame, *how, left=stage.left)
     if plates:
-        if viewer.comparison.way == "wipe":
-            stage.screen.show(viewer.comparison.picture.frame, *how, left=stage.left, begin=viewer.split)
+        if viewer.beside is not None:
+            picture, column = viewer.beside
+            stage.screen.show(picture.frame, *how, left=stage.left, begin=column)
         stage.screen.lay(plates_of(viewer, stage.size, stage.ratio), stage.size)
         if viewer.panel is not None and viewer.panel.is_shown:
             viewer.panel.draw()

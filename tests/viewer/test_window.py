@@ -138,43 +138,6 @@ def test_views_are_those_of_the_renderer(folder: Path) -> None:
 
 
 @in_window
-def test_the_picture_is_held_against_the_truth(folder: Path) -> None:
-    """Side by side at the cursor, and as a map of the difference; with figures that are those of glbump.trade."""
-    import glbump as gb
-    from glbump.trade.metrics import compare
-
-    with viewing(size=(320, 240), quality="fast") as viewer:
-        ours = shot(viewer)
-        press(viewer, "x")
-        tell(viewer, "cursor_pos", 200.0, 100.0)
-        settle(viewer, 60)
-        exact = gb.Quality("exact", samples=64)
-        frame = viewer.stage.renderer.render(viewer.shown.scene, viewer.stage.room, exact)
-        figures = compare(viewer.stage.renderer.render(viewer.shown.scene, viewer.stage.room, "fast"), frame)
-        assert viewer.split == 200
-        assert f"off by {255 * figures['rmse']:.2g} of 255 rms" in viewer.comparison.figures
-        assert "64 samples" in viewer.comparison.figures
-        stage = viewer.stage
-        stage.screen.show(stage.picture.frame, stage.size)
-        stage.screen.show(viewer.comparison.picture.frame, stage.size, begin=200)
-        seen, truth = stage.screen.read(stage.size).astype(int), frame.display()[..., :3]
-        assert np.array_equal(seen[:, :200], ours[:, :200])
-        assert np.abs(seen[:, 200:] - truth[:, 200:]).max() <= 1
-        assert (truth != ours).any()
-        press(viewer, "x")
-        settle(viewer)
-        heat = viewer.comparison.heat
-        worst = np.unravel_index(np.abs(ours.astype(int) - truth).max(axis=2).argmax(), heat.shape[:2])
-        assert heat[worst][:3].astype(int).sum() >= 0.95 * heat[..., :3].astype(int).sum(axis=2).max()
-        drag(viewer, (150, 100), (170, 110))
-        viewer.step(0)
-        assert viewer.comparison.heat is None, "it was of another picture"
-        press(viewer, "x")
-        settle(viewer)
-        assert viewer.comparison.way == ""
-
-
-@in_window
 def test_a_pixel_tells_what_it_is_made_of(folder: Path) -> None:
     """As the renderer, the shape and the reference have it: here the ball's point (0, 0, 1)."""
     with viewing(size=(161, 121)) as viewer:

@@ -16,6 +16,7 @@ from glbump.plan import Choice
 from glbump.quality import KNOBS, PRESETS, Knob, Quality
 from glbump.scene import Bump, NormalMap, Surface
 from glbump.viewer import exports
+from glbump.viewer.comparing import OFF, SECONDS, WAYS
 from glbump.viewer.pace import BUDGET
 
 if TYPE_CHECKING:
@@ -317,6 +318,25 @@ def said_of(knob: str, choices: tuple[Choice, ...], surface: int) -> list[Choice
     return found
 
 
+def beside(choosing: Choosing) -> None:
+    """What the picture is held against, and how."""
+    viewer = choosing.viewer
+    comparison = viewer.comparison
+    if not _head("Beside another quality", opened=True):
+        return
+    off = "not"
+    way = _word("shown", comparison.way or off, (off, *WAYS[1:]))
+    if way is not None:
+        viewer.compare(way=OFF if way == off else way)
+    second = _word("against", comparison.second, SECONDS)
+    if second is not None:
+        viewer.compare(second=second)
+    if comparison.way and comparison.figures:
+        _faint(comparison.figures)
+    if viewer.reference.region is not None:
+        _faint(viewer.reference.says)
+
+
 def plan(choosing: Choosing) -> None:
     """All that the plan decided."""
     if not _head("Plan"):
@@ -385,6 +405,7 @@ SECTIONS: tuple[Callable[[Choosing], None], ...] = (
     bump,
     environment,
     quality,
+    beside,
     frames,
     plan,
     textures,
