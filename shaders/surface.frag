@@ -153,20 +153,6 @@ vec3 turned_change(vec3 dn, vec3 n_object) {
 }
 #endif
 
-struct SurfacePoint {
-    vec3 p_object;
-    vec3 n_object;
-#if HAS_UV
-    vec2 uv;
-    vec3 dpdu;
-    vec3 dpdv;
-#endif
-#if BUMP_FULL
-    vec3 dndu;
-    vec3 dndv;
-#endif
-};
-
 #include "footprint_input.glsl"
 
 SurfacePoint surface_point(vec3 p_object, vec3 dir_object) {

@@ -71,8 +71,11 @@ def test_a_direction_s_level_is_by_area_down_to_the_thinnest_that_counts() -> No
         # A parallelogram of 0.02 by thin * 0.02, no thinner than one of eight.
         texels = 0.02**2 * max(thin, 1 / MOST_THIN) * 256**2
         assert direction_level(ddx, ddy, 256) == pytest.approx(0.5 * np.log2(texels))
-        # Sheared along itself it covers as much.
-        assert direction_level(ddx, ddy + 0.1 * ddx, 256) == pytest.approx(0.5 * np.log2(texels))
+        # Whichever two of its ellipse's conjugate radii span it.
+        for turn in (0.3, 1.0, 2.0):
+            c, r = np.cos(turn), np.sin(turn)
+            level = direction_level(c * ddx + r * ddy, c * ddy - r * ddx, 256)
+            assert level == pytest.approx(0.5 * np.log2(texels))
 
 
 # ---- ray differentials

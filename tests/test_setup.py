@@ -32,7 +32,7 @@ def test_wheel_holds_every_module_and_shader(wheel: zipfile.ZipFile) -> None:
     packed = {name for name in wheel.namelist() if ".dist-info/" not in name}
     modules = {str(p.relative_to(ROOT)) for p in (ROOT / "glbump").rglob("*.py")}
     shaders = {"glbump/" + str(p.relative_to(ROOT)) for p in (ROOT / "shaders").rglob("*") if p.is_file()}
-    assert packed == modules | shaders | {"glbump/py.typed"}
+    assert packed == modules | shaders | {"glbump/py.typed", "glbump/maps/dfg.npy"}
     assert shaders
 
 

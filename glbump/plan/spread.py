@@ -46,10 +46,11 @@ def spread(
 
 def _minified(surface: Surface, layer: Layer, draft: Draft, box: F64) -> float:
     """Texels of a bump's map along a sample's footprint, at most; curved surfaces have some that is seen edge on."""
-    flat = _normal(surface)
+    flat, scene, contents = _normal(surface), draft.scene, draft.contents
+    if contents.steepest(layer.bump, layer.kernel) == 0:
+        return 0.0
     if flat is None or layer.is_triplanar:
         return math.inf
-    scene, contents = draft.scene, draft.contents
     across = _texels_per_length(surface, layer, contents) * draft.quality.samples**-0.5
     return across * _footprint(scene, draft.size, flat, box)
 

@@ -34,10 +34,11 @@ def longest_level(ddx: npt.ArrayLike, ddy: npt.ArrayLike, texels_per_radian: npt
 
 def direction_level(ddx: npt.ArrayLike, ddy: npt.ArrayLike, texels_per_radian: npt.ArrayLike) -> F64:
     """Half the log2 of the texels that a footprint with the sides ddx, ddy (..., 3) covers: by its area, at least a
-    MOST_THIN-th of its longer side's square; -63 for none."""
+    MOST_THIN-th of the square of its ellipse's longer axis; -63 for none."""
     x, y = (np.asarray(v, np.float64) for v in (ddx, ddy))
-    longest = np.maximum(np.linalg.norm(x, axis=-1), np.linalg.norm(y, axis=-1))
-    area = np.maximum(np.linalg.norm(np.cross(x, y), axis=-1), longest**2 / MOST_THIN)
+    xx, xy, yy = (np.einsum("...i,...i->...", a, b) for a, b in ((x, x), (x, y), (y, y)))
+    longest = (xx + yy) / 2 + np.hypot((xx - yy) / 2, xy)
+    area = np.maximum(np.linalg.norm(np.cross(x, y), axis=-1), longest / MOST_THIN)
     return 0.5 * np.log2(np.maximum(area * np.asarray(texels_per_radian) ** 2, 2.0**-126))
 
 

@@ -47,7 +47,8 @@ class Relief:
     def _spread_levels(self, layer: Layer, quality: Quality, contents: Contents) -> list[F64]:
         """(h, w, 3) each: second moments of the map's slopes, of levels 1 and on, row 0 at v = 0; none where none are
         kept."""
-        if quality.bump_spread == "none" or not layer.has_spread(self.how):
+        is_flat = contents.steepest(layer.bump, layer.kernel) == 0
+        if quality.bump_spread == "none" or is_flat or not layer.has_spread(self.how):
             return []
         kept = np.float32 if layer.stored.name == "float" else np.float16
         unit = contents.steepest(layer.bump, layer.kernel) or 1.0

@@ -22,7 +22,9 @@ float longest_level(vec3 ddx, vec3 ddy, float texels_per_radian) {
 // footprints, and the longer side's level blurs across them. The longer side counts as 8 times the shorter at most; along
 // one that is thinner still nothing would be averaged.
 float direction_level(vec3 ddx, vec3 ddy, float texels_per_radian) {
-    float longest = max(dot(ddx, ddx), dot(ddy, ddy));
+    // The square of its ellipse's longer axis, whichever two vectors span it.
+    float half_difference = 0.5 * (dot(ddx, ddx) - dot(ddy, ddy));
+    float longest = 0.5 * (dot(ddx, ddx) + dot(ddy, ddy)) + length(vec2(half_difference, dot(ddx, ddy)));
     float area = max(length(cross(ddx, ddy)), 0.125 * longest);
     return 0.5 * log2(max(area * texels_per_radian * texels_per_radian, exp2(-126.0)));
 }
