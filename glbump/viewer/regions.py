@@ -190,4 +190,4 @@ class RegionReference:
         if not self.samples:
             return "framed: the float64 reference, being computed; Escape stops it"
         more = f" of {SAMPLES[-1]}" if self.is_running else ""
-        return f"framed: the float64 reference, {self.samples}{more} samples; {self.figures or 'being measured'}"
+        return f"framed: the float64 reference, {self.samples}{more} samples; {self.figures or 'no figures yet'}"
