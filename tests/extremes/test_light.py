@@ -257,8 +257,8 @@ def test_cube_edges_and_corners(glsl: Glsl) -> None:
 
 
 def test_no_more_light_comes_back_than_came(glsl: Glsl) -> None:
-    """The fit as published dips below 0, where a surface is smooth at grazing angles: 1.04 of the light would come back,
-    and -0.04 be left to the diffuse part."""
+    """The fit as published dips below 0, where a surface is smooth at grazing angles: 1.04 of the light would come
+    back, and -0.04 be left to the diffuse part."""
     grid = [0.0, 1e-9, 1e-4, 0.01, 0.1, 0.3, 0.5, 0.7, 1.0]
     n_dot_v, roughness = (np.array(v) for v in zip(*product([-1.0, *grid], grid)))
     ggx = glsl.load("shaders/lib/ggx.glsl")
