@@ -325,9 +325,9 @@ EXTREMES: tuple[Extreme, ...] = (
     ),
     Extreme(
         "a normal turned away, glossy",
-        _INCLUDE.format("ggx")
-        + "vec3 f(vec3 f0, float c, float r) { vec4 s = r * vec4(-1.0, -0.0275, -0.572, 0.022)"
-        " + vec4(1.0, 0.0425, 1.04, -0.04); float a = min(s.x * s.x, exp2(-9.28 * c)) * s.x + s.y; vec2 d = vec2(-1.04, 1.04) * a + s.zw;"
+        _INCLUDE.format("ggx") + "vec3 f(vec3 f0, float c, float r) { vec4 s = r * vec4(-1.0, -0.0275, -0.572, 0.022)"
+        " + vec4(1.0, 0.0425, 1.04, -0.04); float a = min(s.x * s.x, exp2(-9.28 * c)) * s.x + s.y;"
+        " vec2 d = vec2(-1.04, 1.04) * a + s.zw;"
         " return (f0 * d.x + d.y) / (d.x + d.y); }",
         _INCLUDE.format("ggx") + "vec3 f(vec3 f0, float c, float r) { return glossy_share(f0, dfg_fit(c, r)); }",
         lambda: (np.full((5, 3), 0.04), np.array([-1, -0.5, 0, 1e-6, 1]), np.array([0, 0.3, 1, 0, 1])),
