@@ -85,4 +85,5 @@ def test_random_input_neither_ends_it_nor_makes_it_grow(folder: Path) -> None:
             assert part == 0 or objects <= held[0][0] + 200, (
                 "objects of the GPU are kept for scenes, 64 of them at most"
             )
-        assert held[2][1] - held[1][1] < 64 << 20, held
+        # What the driver compiles of a quality that comes up late is some 80 MB; a frame of pictures kept is 2 MB each.
+        assert held[2][1] - held[1][1] < 160 << 20, held
