@@ -62,10 +62,17 @@ def _tuned_scene(number: int, size: tuple[int, int], memory: Remembered) -> list
         def off(quality: Quality) -> float:
             return float(compare(renderer.render(content, size, quality).pixels, truth, perceptual=False)["rmse"])
 
-        error = off(found.quality)
-        cheapest = 1.0
+        def glance(quality: Quality) -> float:
+            renderer.render(content, size, quality)
+            started = time.perf_counter()
+            renderer.render(content, size, quality)
+            return time.perf_counter() - started
+
+        error, cheapest = off(found.quality), 1.0
+        about = min(glance(found.quality) for _ in range(3))
         for quality in every_setting(renderer, content, size):
-            if off(quality) > budget:
+            # What has many more samples, or takes much longer at a glance, is not cheaper.
+            if quality.samples > 4 * found.quality.samples or glance(quality) > 1.3 * about or off(quality) > budget:
                 continue
             turns = {
                 "chosen": lambda: beside.render(content, size, found.quality),
