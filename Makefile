@@ -14,7 +14,7 @@ demo: $(VENV)/.ready-demo driver ## render the gallery into out/ (OUT=DIR for el
 	@$(RUN) -m glbump demo -o $(OUT)
 
 test: $(VENV)/.ready-test driver test-libraries ## run the whole test suite (ARGS="-k cube" for a part of it)
-	@$(RUN) -m pytest $(ARGS)
+	@$(RUN) -m pytest -n 2 --dist loadfile $(ARGS)
 
 lint: $(VENV)/.ready-lint types ## style, format and types, changing nothing
 	@$(RUN) -m ruff check .

@@ -18,6 +18,8 @@ from glbump.demo import write_maps
 from glbump.gl import source
 from glbump.gl.program import build_program
 from glbump.gl.renderer import Renderer
+from glbump.gl.screen import Screen
+from glbump.maps.colour import TONES
 
 
 def scenes(folder: Path) -> list[gb.Scene]:
@@ -73,6 +75,11 @@ def main() -> None:
             assert np.isfinite(pixels).all(), scene
         renderer.render(replace(drawn[0], camera=gb.Camera(projection="orthographic")), (16, 16))
         gl = renderer.context.gl
+        # Of windows; without one they compile all the same.
+        window = Screen(renderer.context)
+        for tone in ("", *TONES):
+            window._program(tone)
+        window.release()
         screen = source.resolve(text="void main() { gl_Position = vec4(0.0); }", stage="vertex")
         libraries = sorted(p.name for p in (shaders / "lib").glob("*.glsl"))
         for name in libraries:

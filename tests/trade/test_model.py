@@ -163,13 +163,13 @@ SCENES = {
     "rough": Scene([Surface(Torus(), Material(roughness=0.4), DIMPLES)], LIGHTS, Camera(eye=(0, 2, 4))),
 }
 SWEPT: dict[str, tuple[Any, ...]] = {
-    "samples": (1, 9),
+    "samples": (1,),
     "silhouette": (1.0,),
     "environment_filter": ("bilinear",),
     "environment_layout": ("octahedral",),
     "environment_level": ("longest",),
     "bump_kernel": ("sobel",),
-    "bump_read": ("shader", "screen"),
+    "bump_read": ("screen",),
     "bump_format": ("slopes8",),
     "bump_filter": ("bilinear",),
     "texture_format": ("srgb8",),
