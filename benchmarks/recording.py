@@ -16,7 +16,7 @@ _METHODS: dict[type[Any], tuple[str, ...]] = {
     moderngl.Framebuffer: ("use", "clear", "read_into"),
     moderngl.Texture: ("use",),
     moderngl.TextureCube: ("use",),
-    moderngl.Context: ("enable", "disable", "enable_only"),
+    moderngl.Context: ("enable", "disable", "enable_only", "enable_direct", "disable_direct", "copy_framebuffer"),
     moderngl.Uniform: ("write",),
 }
 _SETTERS: dict[type[Any], tuple[str, ...]] = {
