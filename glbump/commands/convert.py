@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from glbump.commands.options import Session, checked, common, json_option, print_json, word
+from glbump.commands.options import Session, checked, common, json_option, print_json, read_options, word
 from glbump.progress import progress
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ def _positive(value: float) -> float:
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, metavar="IN...", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), help=".exr .hdr .tif .ktx2 .dds; .png .jpg clip."
 )
@@ -34,21 +33,7 @@ def _positive(value: float) -> float:
     help="cube, hcross, vcross, hstrip, vstrip, faces, lat-long, hemicube, hemisphere, octahedral, angular or "
     "mirror-ball.",
 )
-@click.option(
-    "--from",
-    "source",
-    default="auto",
-    metavar="LAYOUT",
-    callback=word("layout", "glbump.maps.pictured", "LAYOUT_NAMES"),
-    help="How IN is laid out; default auto: by header, shape and content.",
-)
-@click.option(
-    "--orientation",
-    default="auto",
-    metavar="O",
-    callback=word("orientation of cube faces", "glbump.maps.pictured", "READINGS"),
-    help="Of the cube that is read: opengl, inside or auto (default).",
-)
+@read_options
 @click.option(
     "--to-orientation",
     default="auto",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -128,6 +129,30 @@ def sized(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """--size of a picture."""
     says = f"Pixels; default {default}."
     return click.option("--size", default=default, metavar="WxH", callback=checked(_size), help=says)
+
+
+def read_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """IN, --from and --orientation: the files of an environment, and how they are read."""
+    for add in (
+        click.option(
+            "--orientation",
+            default="auto",
+            metavar="O",
+            callback=word("orientation of cube faces", "glbump.maps.pictured", "READINGS"),
+            help="Of the cube that is read: opengl, inside or auto (default).",
+        ),
+        click.option(
+            "--from",
+            "source",
+            default="auto",
+            metavar="LAYOUT",
+            callback=word("layout", "glbump.maps.pictured", "LAYOUT_NAMES"),
+            help="How IN is laid out; default auto: by header, shape and content.",
+        ),
+        click.argument("files", nargs=-1, required=True, metavar="IN...", type=click.Path(path_type=Path)),
+    ):
+        command = add(command)
+    return command
 
 
 size_option = sized("512x512")

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from glbump.commands.options import Session, checked, common, json_option, print_json, word
+from glbump.commands.options import Session, checked, common, json_option, print_json, read_options
 from glbump.progress import progress
 
 
@@ -19,7 +19,6 @@ def _power_of_two(size: int) -> int:
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, metavar="IN...", type=click.Path(path_type=Path))
 @click.option(
     "-o",
     "--output",
@@ -27,21 +26,7 @@ def _power_of_two(size: int) -> int:
     help="The roughness chain: .ktx2 or .dds, a cube map with levels; .exr, a file NAME_0, NAME_1, ... a level.",
 )
 @click.option("--sh", type=click.Path(path_type=Path), help="Nine harmonics of diffuse light, as JSON.")
-@click.option(
-    "--from",
-    "layout",
-    default="auto",
-    metavar="LAYOUT",
-    callback=word("layout", "glbump.maps.pictured", "LAYOUT_NAMES"),
-    help="How IN is laid out; default auto: by header, shape and content.",
-)
-@click.option(
-    "--orientation",
-    default="auto",
-    metavar="O",
-    callback=word("orientation of cube faces", "glbump.maps.pictured", "READINGS"),
-    help="Of the cube that is read: opengl, inside or auto (default).",
-)
+@read_options
 @click.option(
     "--size",
     type=int,
@@ -70,7 +55,7 @@ def prefilter(
     files: tuple[Path, ...],
     output: Path | None,
     sh: Path | None,
-    layout: str,
+    source: str,
     orientation: str,
     size: int,
     samples: int,
@@ -101,7 +86,7 @@ def prefilter(
     if sh is not None:
         check_writable(sh, inputs)
     with progress("prefiltering", shown=not session.quiet):
-        read = conversion.read_environment(inputs, layout, orientation)
+        read = conversion.read_environment(inputs, source, orientation)
         parted = part(read.environment) if suns == "apart" else Parted(read.environment, ())
         levels = gloss_chain(parted.rest, size, samples) if output is not None else []
         content = chains.harmonics(sh9(parted.rest), parted.suns, apart=suns == "apart")
