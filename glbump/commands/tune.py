@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from glbump.commands.options import Session, backend_option, checked, common, json_option, print_json, size_option
+from glbump.commands.options import Session, backend_option, checked, common, json_option, print_json, size_option, word
 
 if TYPE_CHECKING:
     from glbump.trade.tune import Tuned
@@ -23,19 +22,16 @@ def _share(text: str) -> float:
         raise ValueError(f"an error is a share of display white, as 0.002 or 0.5/255; got {text!r}") from None
 
 
-def _metric(word: str) -> str:
-    from glbump.trade.tune import METRICS
-    from glbump.validate import choice
-
-    return choice("metric", word, METRICS)
-
-
 @click.command()
 @click.argument("scene", type=click.Path(path_type=Path))
 @click.option("--max-error", metavar="E", callback=checked(_share), help="As 0.5/255: the cheapest that is as near.")
 @click.option("--max-ms", type=float, metavar="T", help="Milliseconds a frame: the nearest that is as fast.")
 @click.option(
-    "--metric", default="rmse", metavar="M", callback=checked(_metric), help="rmse (default), p99, max or flip."
+    "--metric",
+    default="rmse",
+    metavar="M",
+    callback=word("metric", "glbump.trade.tune", "METRICS"),
+    help="rmse (default), p99, max or flip.",
 )
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="The quality file to write.")
 @size_option
@@ -83,7 +79,7 @@ def tune(
     if output is not None:
         save_quality(found.quality, output, _said(found, size))
     if as_json:
-        print_json(_figures(found))
+        print_json(found)
         return
     for line in _said(found, size):
         session.say(line)
@@ -105,8 +101,3 @@ def _said(found: Tuned, size: tuple[int, int]) -> list[str]:
         f"from views that it was not tuned on: {', '.join(map(shown, found.views))}",
         f"{found.driver}; " + ("remembered from before" if found.remembered else f"{len(found.tried)} settings tried"),
     ]
-
-
-def _figures(found: Tuned) -> dict[str, Any]:
-    tried = [{"quality": asdict(t.quality), "error": t.error, "ms": t.ms} for t in found.tried]
-    return asdict(found) | {"quality": asdict(found.quality), "tried": tried}
