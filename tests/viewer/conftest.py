@@ -43,4 +43,6 @@ def windowed(display: str) -> Iterator[Callable[[str, str, Path], None]]:
     """Carries out a check, by its module and name, in a process that has the display."""
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, spawn, begin, (display, sys.path)) as pool:
-        yield lambda module, name, folder: pool.submit(carry_out, module, name, folder).result(120)
+        # An hour of random input (GLBUMP_SOAK) takes an hour.
+        limit = 120 + float(os.environ.get("GLBUMP_SOAK", "0"))
+        yield lambda module, name, folder: pool.submit(carry_out, module, name, folder).result(limit)
