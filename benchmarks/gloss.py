@@ -15,9 +15,9 @@ from glbump.gl import bake
 from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
 from glbump.maps import gloss
-from glbump.maps.cube import sample_levels, texel_directions
+from glbump.maps.cube import sample_levels
 from glbump.maps.images import read_colour
-from glbump.maps.layout import EnvironmentMap, row_edges, sample
+from glbump.maps.layout import CUBE, EnvironmentMap, row_edges, sample, texel_dirs
 from glbump.maps.levels import environment_levels
 from glbump.maps.pictured import environment_of
 from glbump.quality import Quality
@@ -62,7 +62,7 @@ def _chain_truth(environment: EnvironmentMap, size: int, count: int) -> list[tup
     for i, alpha in enumerate(gloss.chain_alphas(size, 1), 1):
         n = size >> i
         pick = rng.choice(6 * n * n, min(count, 6 * n * n), replace=False)
-        weight = ggx.lobe_shape(texel_directions(n).reshape(-1, 3)[pick] @ dirs.T, alpha) * area
+        weight = ggx.lobe_shape(texel_dirs(CUBE, (n, n)).reshape(-1, 3)[pick] @ dirs.T, alpha) * area
         result.append((pick, (weight @ radiance) / weight.sum(axis=1, keepdims=True)))
     return result
 

@@ -16,8 +16,8 @@ from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
 from glbump.glsltest import inputs
 from glbump.maps import patterns
-from glbump.maps.cube import texel_directions
 from glbump.maps.heights import slopes
+from glbump.maps.layout import CUBE, texel_dirs
 from glbump.plan import Capabilities, make_plan
 from glbump.reference.ewa import elliptical_average
 from glbump.reference.filter import footprint_axes, footprint_taps
@@ -162,7 +162,7 @@ GROOVES = np.tile(0.5 + 0.5 * np.sin(2 * np.pi * np.arange(16) / 16), (16, 1)).a
 def test_the_spread_of_look_ups_and_between_them_is_that_of_all_bumps(renderer: Renderer) -> None:
     """Of grooves across footprints, 2.5 of them along each and a quarter of one wide: the mean square of what is
     mirrored aside is the mean's square and the spread, whoever sees how much of it."""
-    aside = np.repeat((texel_directions(64)[..., :1] ** 2).astype(np.float32), 3, axis=-1)
+    aside = np.repeat((texel_dirs(CUBE, (64, 64))[..., :1] ** 2).astype(np.float32), 3, axis=-1)
     quad = gb.Quad(corners=((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))
     bump = gb.Bump(GROOVES, amplitude=1.5e-3, repeat=(20, 2))
     slope = slopes(GROOVES, "central", "wrap")[0, :, 0].astype(float) * 1.5e-3 * 20 / 2

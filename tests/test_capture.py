@@ -23,9 +23,9 @@ from glbump.environment import BoxBounds, Captured, CubeMap, Environment, HemiCu
 from glbump.errors import LimitError, SceneError
 from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
-from glbump.maps.cube import face_dir, texel_directions
+from glbump.maps.cube import face_dir
 from glbump.maps.files import write_picture
-from glbump.maps.layout import HEMICUBE, LATLONG, EnvironmentMap, sample
+from glbump.maps.layout import CUBE, HEMICUBE, LATLONG, EnvironmentMap, sample, texel_dirs
 from glbump.plan import Capabilities, make_plan
 from glbump.quality import Quality
 from glbump.reference.capture import with_captures
@@ -107,7 +107,7 @@ def faces_of(request: pytest.FixtureRequest) -> Iterator[Draws]:
 @pytest.mark.parametrize("position", [(0, 0, 0), (3, -2, 1e6), (1e17, 0, 0)])
 @pytest.mark.parametrize("faces", ["cube", "hemicube"])
 def test_cameras_look_along_opengls_table(faces: str, position: Vec3) -> None:
-    dirs = texel_directions(5)
+    dirs = texel_dirs(CUBE, (5, 5))
     for face, camera in zip(FACES[faces], cameras(Captured(faces=faces, position=position)), strict=True):
         origins, rays = pixel_rays(camera, (5, 5))
         # The lowest row first; rounding of a unit vector.
@@ -121,7 +121,7 @@ def test_with_nothing_else_it_is_the_environment(faces_of: Draws) -> None:
     environment = LatLong(_latlong(), rotation=40, exposure=-0.5, background=False)
     faces = faces_of(Scene([_ball(environment=Captured(size=N))], environment))
     picture = EnvironmentMap(LATLONG, _latlong()[None])
-    expected = 2**-0.5 * sample(picture, texel_directions(N) @ environment.env_from_world().T)
+    expected = 2**-0.5 * sample(picture, texel_dirs(CUBE, (N, N)) @ environment.env_from_world().T)
     assert np.abs(faces - expected).max() < ROUNDING
     for wrong in (
         faces[:, ::-1],
@@ -190,7 +190,7 @@ def test_a_ball_in_it_is_the_ball_in_the_environment_resampled(renderer: Rendere
     captured = Captured(size=N, rotation=30, exposure=-1)
     camera = Camera(eye=(1, 1, 3))
     drawn = renderer.render(Scene([_ball(environment=captured)], environment, camera), (64, 64), ONE)
-    faces = 2**0.5 * sample(EnvironmentMap(LATLONG, _latlong()[None]), texel_directions(N))
+    faces = 2**0.5 * sample(EnvironmentMap(LATLONG, _latlong()[None]), texel_dirs(CUBE, (N, N)))
     cube = CubeMap(faces.astype(np.float32), orientation="opengl", rotation=30, exposure=-1)
     expected = renderer.render(Scene([_ball(environment=cube)], environment, camera), (64, 64), ONE)
     assert np.abs(drawn.pixels - expected.pixels).max() < ROUNDING

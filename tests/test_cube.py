@@ -10,8 +10,8 @@ import pytest
 
 from glbump.errors import ImageError
 from glbump.maps import cube
-from glbump.maps.cube import face_dir, face_of, solid_angles, texel_directions
-from glbump.maps.layout import CUBE, EnvironmentMap, sample
+from glbump.maps.cube import face_dir, face_of, solid_angles
+from glbump.maps.layout import CUBE, EnvironmentMap, sample, texel_dirs
 from glbump.maps.pictured import environment_of
 
 # OpenGL 4.6 core, table 8.19: the vector along s and along t.
@@ -83,7 +83,7 @@ def test_ties_go_to_x_before_y_before_z() -> None:
 
 
 def test_texel_directions_are_unit_and_symmetric() -> None:
-    dirs = texel_directions(8)
+    dirs = texel_dirs(CUBE, (8, 8))
     assert dirs.shape == (6, 8, 8, 3)
     assert np.abs(np.linalg.norm(dirs, axis=-1) - 1).max() < 1e-15
     assert np.abs(dirs.sum(axis=(0, 1, 2))).max() < 1e-12
@@ -185,13 +185,13 @@ def test_a_corner_is_the_mean_of_the_three_texels_that_meet() -> None:
 
 def test_texels_read_back_at_their_own_centres() -> None:
     pixels = np.random.default_rng(6).uniform(size=(6, 5, 5, 3)).astype(np.float32)
-    assert np.abs(sample(EnvironmentMap(CUBE, pixels), texel_directions(5)) - pixels).max() < 1e-6
+    assert np.abs(sample(EnvironmentMap(CUBE, pixels), texel_dirs(CUBE, (5, 5))) - pixels).max() < 1e-6
 
 
 def test_padding_meets_its_neighbours_in_order() -> None:
     """The texel beyond an edge is the one that lies next to it, at every place along every edge."""
     n = 4
-    own = texel_directions(n).astype(np.float32)
+    own = texel_dirs(CUBE, (n, n)).astype(np.float32)
     padded = cube.pad(own)
     # Neighbours across an edge are as near as neighbours are: at most one texel's angle, 2 / n.
     for inner, outer in (

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from glbump.maps.cube import sample_levels, solid_angles, texel_directions, vector_areas
+from glbump.maps.cube import sample_levels, solid_angles, vector_areas
 from glbump.maps.diffuse import cells, irradiance_map, light_vectors, sh9
 from glbump.maps.images import read_colour
 from glbump.maps.layout import CUBE, LATLONG, OCTAHEDRAL, EnvironmentMap, latlong_dir, on_border, texel_dirs
@@ -45,9 +45,9 @@ KINDS: dict[str, Any] = {
     "lat-long": lambda f: EnvironmentMap(LATLONG, grey(f, texel_dirs(LATLONG, (256, 128)))),
     "small lat-long": lambda f: EnvironmentMap(LATLONG, grey(f, texel_dirs(LATLONG, (24, 12)))),
     "wide lat-long": lambda f: EnvironmentMap(LATLONG, grey(f, texel_dirs(LATLONG, (700, 350)))),
-    "cube": lambda f: EnvironmentMap(CUBE, grey(f, texel_directions(64))),
-    "odd cube": lambda f: EnvironmentMap(CUBE, grey(f, texel_directions(150))),
-    "one texel a face": lambda f: EnvironmentMap(CUBE, grey(f, texel_directions(1))),
+    "cube": lambda f: EnvironmentMap(CUBE, grey(f, texel_dirs(CUBE, (64, 64)))),
+    "odd cube": lambda f: EnvironmentMap(CUBE, grey(f, texel_dirs(CUBE, (150, 150)))),
+    "one texel a face": lambda f: EnvironmentMap(CUBE, grey(f, texel_dirs(CUBE, (1, 1)))),
     "cube on the border": _cube_on_border,
     "octahedral": lambda f: EnvironmentMap(OCTAHEDRAL, grey(f, texel_dirs(OCTAHEDRAL, (64, 64)))),
 }
@@ -165,7 +165,7 @@ def test_map_holds_the_sum_at_its_texels(kind: str, size: int) -> None:
     got = irradiance_map(environment, size)
     assert got.shape == (6, size, size, 3)
     assert got.dtype == np.float32
-    wanted = summed(environment, texel_directions(size).reshape(-1, 3), 32).reshape(got.shape)
+    wanted = summed(environment, texel_dirs(CUBE, (size, size)).reshape(-1, 3), 32).reshape(got.shape)
     assert got == pytest.approx(wanted, rel=1e-4)  # cells on the horizon count on either side
 
 
@@ -216,7 +216,7 @@ def test_the_published_constants() -> None:
     L21 xz + L2-1 yz) + 2 c2 (L11 x + L1-1 y + L10 z), of the radiance's own coefficients L."""
     rng = np.random.default_rng(11)
     faces = rng.uniform(size=(6, 16, 16, 1)).astype(np.float32).repeat(3, axis=-1)
-    d, area = texel_directions(16).reshape(-1, 3), np.tile(solid_angles(16).ravel(), 6)
+    d, area = texel_dirs(CUBE, (16, 16)).reshape(-1, 3), np.tile(solid_angles(16).ravel(), 6)
     x, y, z = d.T
     basis = [
         0.282095 + 0 * x,

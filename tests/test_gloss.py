@@ -26,8 +26,7 @@ from glbump.environment import (
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
 from glbump.maps import dfg
-from glbump.maps.cube import texel_directions
-from glbump.maps.layout import LATLONG, EnvironmentMap, latlong_dir
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir, texel_dirs
 from glbump.maps.pyramid import chain as box_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
@@ -221,7 +220,7 @@ def test_the_samples_of_a_pixel_make_one_finer_set() -> None:
 
 
 FLOATS = {"texture_format": "float", "frame_format": "float", "bump_format": "float"}
-FACES = [np.ascontiguousarray(f) for f in (1 + 0.5 * np.sin(5 * texel_directions(32))).astype(np.float32)]
+FACES = [np.ascontiguousarray(f) for f in (1 + 0.5 * np.sin(5 * texel_dirs(CUBE, (32, 32)))).astype(np.float32)]
 SQUARE = (1 + 0.5 * np.sin(np.mgrid[0:64, 0:64][0] / 9.0)[..., None] * np.ones(3)).astype(np.float32)
 ENVIRONMENTS: dict[str, Environment] = {
     "lat-long": WAVES,

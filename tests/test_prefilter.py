@@ -13,11 +13,11 @@ from glbump.errors import LimitError
 from glbump.gl import bake
 from glbump.gl.context import Context
 from glbump.maps import cube, layout
-from glbump.maps.cube import solid_angles, texel_directions
+from glbump.maps.cube import solid_angles
 from glbump.maps.diffuse import sh9
 from glbump.maps.gloss import area_faces, gloss_chain, sampled_lobe, without_bright
 from glbump.maps.images import read_colour
-from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir, texel_dirs
 from glbump.maps.pictured import environment_of
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -59,8 +59,8 @@ def _latlong_on_border(radiance: Any) -> EnvironmentMap:
 KINDS: dict[str, Any] = {
     "lat-long": _latlong,
     "lat-long on the border": _latlong_on_border,
-    "cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_directions(64))),
-    "large cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_directions(300))),
+    "cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_dirs(CUBE, (64, 64)))),
+    "large cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_dirs(CUBE, (300, 300)))),
     "cube on the border": lambda radiance: EnvironmentMap(
         CUBE, _pixels(radiance, on_border(64)), *layout.on_border((64, 64))
     ),
@@ -158,10 +158,10 @@ def test_the_lobe_itself(samples: int, most: float) -> None:
     """One bright texel, seen at every roughness: the lobe round it, of the right width, height and tail."""
     faces = np.zeros((6, 64, 64, 3), np.float32)
     faces[4, 20, 40] = 1e4
-    sun, energy = texel_directions(64)[4, 20, 40], 1e4 * solid_angles(64)[20, 40]
+    sun, energy = texel_dirs(CUBE, (64, 64))[4, 20, 40], 1e4 * solid_angles(64)[20, 40]
     cosine = np.cos(np.linspace(0, np.pi / 2, 100_001))
     for i, level in enumerate(gloss_chain(EnvironmentMap(CUBE, faces), 64, samples)[1:], 1):
-        towards = texel_directions(level.shape[1]) @ sun
+        towards = texel_dirs(CUBE, (level.shape[1], level.shape[1])) @ sun
         wanted, too_wide = (
             energy * lobe(towards, alpha) / (2 * np.pi * np.trapezoid(lobe(cosine, alpha), -cosine))
             for alpha in ((i / 4) ** 2, i / 4)
@@ -212,7 +212,7 @@ def test_chain_against_quadrature_over_every_texel(name: str, samples: int, most
     for i, level in enumerate(gloss_chain(pano, 128, samples)[1:], 1):
         n = level.shape[1]
         pick = rng.choice(6 * n * n, 5_000_000 // len(source[1]), replace=False)
-        exact = quadrature(*source, texel_directions(n).reshape(-1, 3)[pick], (i / 5) ** 2)
+        exact = quadrature(*source, texel_dirs(CUBE, (n, n)).reshape(-1, 3)[pick], (i / 5) ** 2)
         rmse = np.sqrt(np.mean((level.reshape(-1, 3)[pick] - exact) ** 2) / np.mean(exact**2))
         assert rmse < most
 
@@ -245,7 +245,7 @@ def test_bright_texels_keep_their_light() -> None:
         assert (dull * area).sum(axis=(0, 1, 2)) + light.sum(axis=0) == pytest.approx(
             (faces * area).sum(axis=(0, 1, 2)), rel=1e-4
         )
-        assert dirs @ texel_directions(64)[2, 12, 30] == pytest.approx(1, abs=2e-3)
+        assert dirs @ texel_dirs(CUBE, (64, 64))[2, 12, 30] == pytest.approx(1, abs=2e-3)
     same, none, _ = without_bright(np.ones((6, 8, 8, 3), np.float32), 64)
     assert (same == 1).all()
     assert not len(none)
@@ -264,12 +264,12 @@ def test_a_drawn_sun_is_the_lobe(context: Context) -> None:
     """One bright texel, which samples alone would show as spots."""
     faces = np.zeros((6, 64, 64, 3), np.float32)
     faces[4, 20, 40] = 1e4
-    sun, energy = texel_directions(64)[4, 20, 40], 1e4 * cube.solid_angles(64)[20, 40]
+    sun, energy = texel_dirs(CUBE, (64, 64))[4, 20, 40], 1e4 * cube.solid_angles(64)[20, 40]
     cosine = np.cos(np.linspace(0, np.pi / 2, 100_001))
     for i, level in enumerate(bake.gloss_chain(context, EnvironmentMap(CUBE, faces), 64, 64)[1:], 1):
         alpha = (i / 4) ** 2
         whole = 2 * np.pi * np.trapezoid(lobe(cosine, alpha), -cosine)
-        wanted = energy * lobe(texel_directions(level.shape[1]) @ sun, alpha) / whole
+        wanted = energy * lobe(texel_dirs(CUBE, (level.shape[1], level.shape[1])) @ sun, alpha) / whole
         # What is left to the samples is 16 times the mean, 4e-4 of it; float32 at the peak of level 1: 1e-7 / 0.004.
         assert np.abs(level[..., 0] - wanted).max() < 2e-3 * wanted.max()
 
@@ -289,7 +289,7 @@ def test_drawn_chain_against_quadrature_over_every_texel(
     for i, level in enumerate(bake.gloss_chain(context, pano, 128, samples)[1:], 1):
         n = level.shape[1]
         pick = rng.choice(6 * n * n, 5_000_000 // len(source[1]), replace=False)
-        exact = quadrature(*source, texel_directions(n).reshape(-1, 3)[pick], (i / 5) ** 2)
+        exact = quadrature(*source, texel_dirs(CUBE, (n, n)).reshape(-1, 3)[pick], (i / 5) ** 2)
         rmse = np.sqrt(np.mean((level.reshape(-1, 3)[pick] - exact) ** 2) / np.mean(exact**2))
         assert rmse < most
 
@@ -306,7 +306,7 @@ def test_faces_hold_what_lies_there(kind: str, size: int) -> None:
     """A radiance linear in the direction is, averaged over a texel, that of its middle to second order."""
     for axis in range(3):
         got = area_faces(KINDS[kind](lambda d, axis=axis: 2 + d[..., axis]), size)
-        wanted = 2 + texel_directions(size)[..., axis]
+        wanted = 2 + texel_dirs(CUBE, (size, size))[..., axis]
         # A texel's own curvature, and the steps of the source's texels under bilinear sampling.
         assert np.abs(got[..., 1] - wanted).max() < 0.5 / size**2 + 2e-3
 

@@ -12,7 +12,7 @@ from glbump import reference
 from glbump.camera import Camera
 from glbump.environment import CubeMap, LatLong
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, Plane, Quad, Sphere, Torus, Transform
 
@@ -21,13 +21,8 @@ MIRROR = Material(metallic=1, roughness=0)
 CHOICES = ("fast", "balanced", "exact")
 
 
-def _texel_directions(height: int) -> npt.NDArray[np.float64]:
-    v, u = np.mgrid[0:height, 0 : 2 * height]
-    return latlong_dir(np.stack([(u + 0.5) / (2 * height), (v + 0.5) / height], axis=-1))
-
-
 # Radiance is the direction itself, as 1/2 + d/2: every pixel tells where it looked.
-COMPASS = LatLong((0.5 + 0.5 * _texel_directions(128)).astype(np.float32))
+COMPASS = LatLong((0.5 + 0.5 * texel_dirs(LATLONG, (256, 128))[0]).astype(np.float32))
 WAVES = (0.5 + 0.5 * np.sin(np.linspace(0, 4 * np.pi, 64, endpoint=False))).astype(np.float32) * np.ones((64, 1), "f4")
 
 

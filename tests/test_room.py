@@ -13,7 +13,7 @@ from glbump import reference
 from glbump.camera import Camera, pixel_rays
 from glbump.environment import BoxBounds, Captured, CubeMap, SphereBounds
 from glbump.gl.renderer import Renderer
-from glbump.maps.cube import texel_directions
+from glbump.maps.layout import CUBE, texel_dirs
 from glbump.quality import Quality
 from glbump.scene import Material, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
@@ -52,7 +52,7 @@ def paint(place: F64) -> F64:
 
 def room(kind: str) -> CubeMap:
     bounds, wall = WALLS[kind]
-    picture = paint(wall(TAKEN, texel_directions(128))).astype(np.float32)
+    picture = paint(wall(TAKEN, texel_dirs(CUBE, (128, 128)))).astype(np.float32)
     return CubeMap(picture, bounds=bounds, position=tuple(TAKEN))
 
 

@@ -17,8 +17,8 @@ from glbump.environment import CubeMap, Sky
 from glbump.gl.renderer import Renderer
 from glbump.glsltest import inputs
 from glbump.maps import patterns
-from glbump.maps.cube import texel_directions
 from glbump.maps.heights import slopes
+from glbump.maps.layout import CUBE, texel_dirs
 from glbump.maps.moments import lean_levels, toksvig_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
@@ -180,7 +180,7 @@ def _draw(renderer: Renderer, who: str, scene: Scene, how: str) -> float:
 
 def _lobe(middle: F64, narrow: float) -> CubeMap:
     """Light that falls off from the unit `middle` as exp(narrow (cos - 1)), smooth where it is looked at."""
-    light = np.exp(narrow * (texel_directions(64) @ middle - 1)).astype(np.float32)
+    light = np.exp(narrow * (texel_dirs(CUBE, (64, 64)) @ middle - 1)).astype(np.float32)
     return CubeMap(np.repeat(light[..., None], 3, axis=-1), background=False)
 
 
@@ -237,7 +237,7 @@ def test_grooves_blur_across_them_alone(renderer: Renderer) -> None:
     grooves = np.tile(0.5 + 0.5 * np.sin(2 * np.pi * np.arange(16) / 16), (16, 1)).astype(np.float32)
     seen = {}
     for axis in (0, 1):
-        light = (texel_directions(64)[..., axis : axis + 1] ** 2).astype(np.float32)
+        light = (texel_dirs(CUBE, (64, 64))[..., axis : axis + 1] ** 2).astype(np.float32)
         environment = CubeMap(np.repeat(light, 3, axis=-1), background=False)
         scene = Scene([Surface(FACING, CHROME, _tiled(grooves, AMPLITUDE))], environment, AHEAD)
         for how in SPREADS:
@@ -249,7 +249,7 @@ def test_grooves_blur_across_them_alone(renderer: Renderer) -> None:
 
 def test_layers_add_their_variances(renderer: Renderer, waves: F32) -> None:
     """Twice the same map, turned by a quarter of its repeat, blurs as one with twice the variance."""
-    light = (texel_directions(64)[..., :1] ** 2 + texel_directions(64)[..., 1:2] ** 2).astype(np.float32)
+    light = (texel_dirs(CUBE, (64, 64))[..., :1] ** 2 + texel_dirs(CUBE, (64, 64))[..., 1:2] ** 2).astype(np.float32)
     environment = CubeMap(np.repeat(light, 3, axis=-1), background=False)
     one, steeper = _tiled(waves, AMPLITUDE), _tiled(waves, AMPLITUDE * 2**0.5)
     two, same = (

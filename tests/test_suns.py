@@ -11,7 +11,7 @@ import pytest
 
 import glbump as gb
 from glbump.contents import Contents
-from glbump.maps.cube import solid_angles, texel_directions
+from glbump.maps.cube import solid_angles
 from glbump.maps.images import read_colour
 from glbump.maps.layout import CUBE, LATLONG, OCTAHEDRAL, EnvironmentMap, texel_dirs
 from glbump.maps.pictured import environment_of
@@ -45,7 +45,7 @@ def panorama(discs: Any, height: int = 256) -> EnvironmentMap:
 
 
 def cube(discs: Any, n: int = 128) -> EnvironmentMap:
-    return EnvironmentMap(CUBE, lit(texel_directions(n), discs))
+    return EnvironmentMap(CUBE, lit(texel_dirs(CUBE, (n, n)), discs))
 
 
 KINDS: dict[str, Any] = {"lat-long": panorama, "cube": cube}
@@ -147,7 +147,7 @@ def test_one_texel_in_the_dark() -> None:
     faces[4, 20, 40] = 1e5
     parted = part(EnvironmentMap(CUBE, faces))
     (sun,) = parted.suns
-    assert sun.direction == pytest.approx(texel_directions(64)[4, 20, 40])
+    assert sun.direction == pytest.approx(texel_dirs(CUBE, (64, 64))[4, 20, 40])
     assert sun.irradiance == pytest.approx((1e5 * solid_angles(64)[20, 40],) * 3)
     assert sun.solid_angle == pytest.approx(solid_angles(64)[20, 40])
     assert not parted.rest.pixels.any()

@@ -61,18 +61,6 @@ def face_of(dir: npt.ArrayLike) -> tuple[Index, F64, F64]:
     return face, 0.5 + 0.5 * (a / length), 0.5 + 0.5 * (b / length)
 
 
-def _centres(n: int) -> F64:
-    return (np.arange(n) + 0.5) / n
-
-
-def texel_directions(n: int) -> F64:
-    """(6, n, n, 3) float64 unit directions of the texel centres: [face, row t, column s]."""
-    c = _centres(n)
-    dirs = face_dir(np.arange(6)[:, None, None], c[None, None, :], c[None, :, None])
-    dirs /= np.linalg.norm(dirs, axis=-1, keepdims=True)
-    return dirs
-
-
 def solid_angles(n: int, *, border: bool = False) -> F64:
     """(n, n) float64 solid angles of one face's texels, in steradians; 4 pi / 6 in all.
 
@@ -134,7 +122,7 @@ def pad(faces: F32) -> F32:
     texels = faces.reshape(6 * n * n, -1)
     padded = np.empty((6, n + 2, n + 2, texels.shape[1]), np.float32)
     padded[:, 1:-1, 1:-1] = faces
-    face, along = np.arange(6)[:, None], _centres(n)[None, :]
+    face, along = np.arange(6)[:, None], (np.arange(n)[None, :] + 0.5) / n
     # Half a texel outside one face lies inside the texel of its neighbour that shares the edge.
     before, after = np.full((1, 1), -0.5 / n), np.full((1, 1), 1 + 0.5 / n)
     for where, s, t in (

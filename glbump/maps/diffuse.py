@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from glbump.maps import cube, pyramid
 from glbump.maps.gloss import area_faces
-from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges, texel_dirs
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
@@ -242,5 +242,5 @@ def irradiance_map(environment: EnvironmentMap, size: int) -> F32:
     much as 1 / (2 size) of it.
     """
     light = light_over_faces(cells(environment, 32), (np.arange(size) + 0.5) / size)
-    result: F64 = np.einsum("ftsi,ftsic->ftsc", cube.texel_directions(size), light) / np.pi
+    result: F64 = np.einsum("ftsi,ftsic->ftsc", texel_dirs(CUBE, (size, size)), light) / np.pi
     return result.astype(np.float32)

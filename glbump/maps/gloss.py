@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from glbump.errors import LimitError
 from glbump.maps import cube, pyramid
-from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges, sample
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges, sample, texel_dirs
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
@@ -199,7 +199,7 @@ def _tree(faces: F32) -> list[_Cells]:
     # The share of the mean keeps dark texels where they are.
     bright = np.abs(radiance).sum(axis=1, keepdims=True, dtype=np.float64)
     weight = (bright + 1e-6 * bright.mean() + np.finfo(np.float32).tiny) * area
-    middle = _in_z_order(cube.texel_directions(n)) * weight
+    middle = _in_z_order(texel_dirs(CUBE, (n, n))) * weight
     levels = []
     while True:
         dirs = middle / np.linalg.norm(middle, axis=1, keepdims=True)
@@ -212,7 +212,7 @@ def _tree(faces: F32) -> list[_Cells]:
 
 def _blurred(tree: list[_Cells], n: int, alpha: float, samples: int) -> F32:
     """(6, n, n, 3) float32: for each texel the tree's light weighted by the lobe round its direction."""
-    targets = _in_z_order(cube.texel_directions(n)).astype(np.float32)
+    targets = _in_z_order(texel_dirs(CUBE, (n, n))).astype(np.float32)
     values = np.empty((len(targets), 3), np.float32)
     # Within twice the width, `samples` cells of fineness * width.
     width, fineness = min(_WIDTH * alpha, _WIDEST), math.sqrt(4 * math.pi / samples)
