@@ -207,7 +207,8 @@ def _look_up(draft: Draft, name: str, environment: Pictured, layout: Layout, res
         "ENVIRONMENT": DRAWN_LAYOUTS.index(layout),
         "ENVIRONMENT_BORDER": int(own_grid),
         "ENVIRONMENT_FOOTPRINT": int(levels or draft.show == "footprint"),
-        "ENVIRONMENT_LEVEL": LEVELS[quality.environment_level],
+        # Facets that are summed have footprints as wide as long, for which both are the same.
+        "ENVIRONMENT_LEVEL": LEVELS[quality.environment_level] if levels else 0,
         "ANISOTROPY": quality.anisotropy if levels and not by_driver else 1,
         "ENVIRONMENT_GRADIENTS": quality.anisotropy if by_driver else 0,
         "ENVIRONMENT_BELOW": below,
