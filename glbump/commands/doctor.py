@@ -37,12 +37,11 @@ def doctor(session: Session, stability: bool, as_json: bool) -> None:
 
 def _stability(session: Session, as_json: bool) -> None:
     from glbump.gl.context import open_context
-    from glbump.gl.stability import Row, stability_report, stability_text
+    from glbump.gl.stability import stability_report, stability_text
     from glbump.glsltest.stability import report
 
     with open_context() as context, progress("trying the extremes", shown=not session.quiet):
-        formulas = [Row(m.extreme.name, m.naive, m.used, m.extreme.bound, m.extreme.unit) for m in report(context)]
-        rows = formulas + stability_report(context)
+        rows = report(context) + stability_report(context)
     if as_json:
         # An infinite error is no JSON number: null.
         print_json(

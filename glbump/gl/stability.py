@@ -20,7 +20,7 @@ from glbump.environment import LatLong
 from glbump.gl.context import Context
 from glbump.gl.probe import odd_mips
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.maps.pyramid import chain
 from glbump.mesh import Mesh, in_repeats
 from glbump.quality import Quality
@@ -73,9 +73,7 @@ SIZE = (32, 32)
 
 def smooth(height: int = 32) -> LatLong:
     """Radiance 1/2 + d/2 in every direction d: changes slowly, differs everywhere."""
-    v, u = np.mgrid[0:height, 0 : 2 * height]
-    d = latlong_dir(np.stack([(u + 0.5) / (2 * height), (v + 0.5) / height], axis=-1))
-    return LatLong((0.5 + 0.5 * d).astype(np.float32))
+    return LatLong((0.5 + 0.5 * texel_dirs(LATLONG, (2 * height, height))[0]).astype(np.float32))
 
 
 def even(value: float) -> LatLong:

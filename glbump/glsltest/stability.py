@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.gl.context import Context
+from glbump.gl.stability import Row
 from glbump.glsltest import inputs
 from glbump.glsltest.glsl import Glsl
 from glbump.glsltest.samplers import Sampler
@@ -46,38 +47,21 @@ class Extreme:
     fails: bool = True
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Largest errors of one case on one driver; infinite where NaN or an infinity came out of finite rows."""
-
-    extreme: Extreme
-    naive: float
-    used: float
-
-    @property
-    def holds(self) -> bool:
-        return self.used <= self.extreme.bound
+def report(context: Context) -> list[Row]:
+    """All cases on one context: what `glbump doctor --stability` prints."""
+    with Glsl(context) as glsl:
+        return [measure(glsl, extreme) for extreme in EXTREMES]
 
 
-def measure(glsl: Glsl) -> list[Measured]:
-    """All cases, on the context of `glsl`."""
-    return [measure_one(glsl, extreme) for extreme in EXTREMES]
-
-
-def measure_one(glsl: Glsl, extreme: Extreme) -> Measured:
-    """One case."""
+def measure(glsl: Glsl, extreme: Extreme) -> Row:
+    """One case on one driver; infinite where NaN or an infinity came out of finite rows."""
     rows = tuple(_seen(a) for a in extreme.rows())
     want = np.asarray(extreme.truth(*rows), np.float64)
     naive_rows = extreme.naive_rows() if extreme.naive_rows else rows
     naive = glsl.load(text=extreme.naive).f(*(_seen(a) for a in naive_rows))
     used = glsl.load(text=extreme.used).f(*rows)
-    return Measured(extreme, _error(naive, want, extreme.relative), _error(used, want, extreme.relative))
-
-
-def report(context: Context) -> list[Measured]:
-    """All cases on one context: what `glbump doctor --stability` prints."""
-    with Glsl(context) as glsl:
-        return measure(glsl)
+    missed, left = (_error(got, want, extreme.relative) for got in (naive, used))
+    return Row(extreme.name, missed, left, extreme.bound, extreme.unit)
 
 
 def _seen(argument: Any) -> Any:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from glbump.glsltest import Glsl
-from glbump.glsltest.stability import EXTREMES, Extreme, measure_one
+from glbump.glsltest.stability import EXTREMES, Extreme, measure
 
 
 @pytest.mark.parametrize("extreme", EXTREMES, ids=lambda e: e.name.replace(" ", "-"))
 def test_extreme(extreme: Extreme, glsl: Glsl) -> None:
-    found = measure_one(glsl, extreme)
+    found = measure(glsl, extreme)
     assert found.used <= extreme.bound
     if extreme.fails:
         assert found.naive > extreme.bound, "the naive form holds: this extreme is none"
