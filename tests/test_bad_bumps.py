@@ -12,14 +12,13 @@ from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.errors import GlbumpError, ImageError, LimitError
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import KNOBS, Quality
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import MeshFile, Plane, Quad, Sphere, Torus
 
 MIRROR = Material(metallic=1, roughness=0)
-V, U = np.mgrid[0:16, 0:32]
-COMPASS = LatLong((0.5 + 0.5 * latlong_dir(np.stack([(U + 0.5) / 32, (V + 0.5) / 16], axis=-1))).astype(np.float32))
+COMPASS = LatLong((0.5 + 0.5 * texel_dirs(LATLONG, (32, 16))[0]).astype(np.float32))
 CAMERA = Camera(eye=(0.3, 1.2, 2.6), target=(0, 0, 0))
 RNG = np.random.default_rng(5)
 NOISE = RNG.random((16, 16)).astype(np.float32)

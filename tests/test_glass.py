@@ -9,14 +9,13 @@ from glbump import reference
 from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import Quality
 from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
 
 WHITE = LatLong(np.ones((8, 16, 3), np.float32))
-V, U = np.mgrid[0:64, 0:128]
-COMPASS = LatLong((0.5 + 0.5 * latlong_dir(np.stack([(U + 0.5) / 128, (V + 0.5) / 64], axis=-1))).astype(np.float32))
+COMPASS = LatLong((0.5 + 0.5 * texel_dirs(LATLONG, (128, 64))[0]).astype(np.float32))
 WAVES = (0.5 + 0.5 * np.sin(np.linspace(0, 4 * np.pi, 32, endpoint=False))).astype(np.float32) * np.ones((32, 1), "f4")
 GLASS = Material(roughness=0, transmission=1)
 

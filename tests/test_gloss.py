@@ -26,7 +26,7 @@ from glbump.environment import (
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
 from glbump.maps import dfg
-from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir, texel_dirs
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, texel_dirs
 from glbump.maps.pyramid import chain as box_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
@@ -36,8 +36,7 @@ from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
 
 WHITE = LatLong(np.ones((8, 16, 3), np.float32))
-V, U = np.mgrid[0:64, 0:128]
-DIRS = latlong_dir(np.stack([(U + 0.5) / 128, (V + 0.5) / 64], axis=-1))
+DIRS = texel_dirs(LATLONG, (128, 64))[0]
 # Waves half a radian long, with all directions alike on average.
 RADIANCE = (1.5 + np.sin(6 * DIRS) * np.cos(4 * DIRS[..., [1, 2, 0]])).astype(np.float32)
 WAVES = LatLong(RADIANCE)
@@ -149,11 +148,9 @@ def test_scattering_between_facets_is_that_of_random_walks() -> None:
 
 def _truth(v: Any, n: Any, roughness: float, f0: float) -> Any:
     """The integral over the lobe of each row, by every texel of a picture twice as fine: no n = v = r."""
-    height = 256
-    t, s = np.mgrid[0:height, 0 : 2 * height]
-    dirs = latlong_dir(np.stack([(s + 0.5) / (2 * height), (t + 0.5) / height], axis=-1)).reshape(-1, 3)
+    dirs = texel_dirs(LATLONG, (512, 256)).reshape(-1, 3)
     radiance = 1.5 + np.sin(6 * dirs) * np.cos(4 * dirs[:, [1, 2, 0]])
-    area = np.sin((t.ravel() + 0.5) * np.pi / height)
+    area = np.hypot(dirs[:, 0], dirs[:, 2])
     alpha, result = roughness**2, []
     for eye, normal in zip(v, n):
         h = dirs + eye

@@ -14,14 +14,13 @@ from glbump.environment import LatLong
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
 from glbump.maps.gradients import IN_SHADERS
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import KNOBS, Quality
 from glbump.scene import MOST_BUMPS, Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Plane, Quad, Sphere, Torus, Transform
 
 MIRROR = Material(metallic=1, roughness=0)
-V, U = np.mgrid[0:64, 0:128]
-COMPASS = LatLong((0.5 + 0.5 * latlong_dir(np.stack([(U + 0.5) / 128, (V + 0.5) / 64], axis=-1))).astype(np.float32))
+COMPASS = LatLong((0.5 + 0.5 * texel_dirs(LATLONG, (128, 64))[0]).astype(np.float32))
 X, Y = np.meshgrid((np.arange(48) + 0.5) / 48, 1 - (np.arange(32) + 0.5) / 32)
 WAVES = (0.5 + 0.25 * np.sin(2 * np.pi * X) + 0.25 * np.cos(2 * np.pi * (X + 2 * Y))).astype(np.float32)
 FINE = (0.5 + 0.5 * np.sin(6 * np.pi * Y)).astype(np.float32)

@@ -13,14 +13,13 @@ from glbump import reference
 from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import Quality
 from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Quad
 
 MIRROR = Material(metallic=1, roughness=0)
-V, U = np.mgrid[0:256, 0:512]
-DIRS = latlong_dir(np.stack([(U + 0.5) / 512, (V + 0.5) / 256], axis=-1))
+DIRS = texel_dirs(LATLONG, (512, 256))[0]
 # Looked up by the normal, the colour is the normal.
 NORMAL = LatLong((0.5 + 0.5 * DIRS).astype(np.float32), lookup="normal", background=False)
 SIDE = 512.0

@@ -16,7 +16,7 @@ from glbump import reference
 from glbump.environment import LatLong
 from glbump.errors import MeshError
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.mesh import Mesh, in_frame, in_repeats
 from glbump.meshfile import load_mesh
 from glbump.mikktspace import corner_tangents, normal_mapped
@@ -216,8 +216,7 @@ def test_axes_survive_any_unit_and_repeat(load: Callable[[bytes], Mesh]) -> None
 def test_pictures_show_them(renderer: Renderer, tmp_path: Path) -> None:
     """A mirror that tells where it looks: the GPU agrees with the reference, and w turned round is the map's green
     turned round."""
-    v, u = np.mgrid[0:64, 0:128]
-    directions = latlong_dir(np.stack([(u + 0.5) / 128, (v + 0.5) / 64], axis=-1))
+    directions = texel_dirs(LATLONG, (128, 64))[0]
     compass = LatLong((0.5 + 0.5 * directions).astype(np.float32))
     lean = np.broadcast_to(np.float32([0.3, 0.4, np.sqrt(0.75)]), (4, 4, 3)).copy()
 

@@ -15,15 +15,14 @@ from glbump.displace import Heights
 from glbump.environment import LatLong
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import Quality
 from glbump.relief import sized
 from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Cube, Plane, Quad, Sphere, Transform
 
 MIRROR = Material(metallic=1, roughness=0)
-V, U = np.mgrid[0:128, 0:256]
-DIRS = latlong_dir(np.stack([(U + 0.5) / 256, (V + 0.5) / 128], axis=-1))
+DIRS = texel_dirs(LATLONG, (256, 128))[0]
 # Looked up by the normal, the colour is the normal.
 NORMAL = LatLong((0.5 + 0.5 * DIRS).astype(np.float32), lookup="normal", background=False)
 ONE = Quality("exact", samples=1)

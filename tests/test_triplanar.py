@@ -14,7 +14,7 @@ from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import KNOBS, Quality
 from glbump.reference.bump import triplanar_shares, volume_gradient
 from glbump.relief import MOST_MIXING
@@ -22,8 +22,7 @@ from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 MIRROR = Material(metallic=1, roughness=0)
-V, U = np.mgrid[0:128, 0:256]
-DIRS = latlong_dir(np.stack([(U + 0.5) / 256, (V + 0.5) / 128], axis=-1))
+DIRS = texel_dirs(LATLONG, (256, 128))[0]
 # Looked up by the normal, the colour is the normal.
 NORMAL = LatLong((0.5 + 0.5 * DIRS).astype(np.float32), lookup="normal", background=False)
 X, Y = np.meshgrid((np.arange(64) + 0.5) / 64, 1 - (np.arange(64) + 0.5) / 64)

@@ -17,23 +17,15 @@ from glbump.environment import CubeMap, LatLong
 from glbump.errors import ImageError, LimitError, SceneError
 from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
-from glbump.maps.layout import latlong_dir
+from glbump.gl.stability import MIRROR, even, smooth
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Plane, Quad, Sphere, Torus, Transform
 
 SIZE = (48, 48)
-MIRROR = Material(metallic=1, roughness=0)
-GREY = LatLong(np.full((4, 8, 3), 0.5, np.float32))
+GREY = even(0.5)
 CHOICES = ("fast", "balanced", "exact")
 # A mirror takes the environment's colour as it is stored: half floats hold 0.5; sums of samples round some times.
 FURNACE = 2.0**-9
-
-
-def smooth(height: int = 64) -> LatLong:
-    """Radiance 1/2 + d/2 in every direction d: changes slowly, differs everywhere."""
-    v, u = np.mgrid[0:height, 0 : 2 * height]
-    d = latlong_dir(np.stack([(u + 0.5) / (2 * height), (v + 0.5) / height], axis=-1))
-    return LatLong((0.5 + 0.5 * d).astype(np.float32))
 
 
 def heights(n: int = 32) -> np.ndarray:
