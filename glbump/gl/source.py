@@ -9,7 +9,9 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import repeat
 from pathlib import Path
 
 from glbump.errors import ShaderError, nearest
@@ -17,15 +19,16 @@ from glbump.errors import ShaderError, nearest
 Define = bool | int | float | str
 SUFFIXES = {".vert": "vertex", ".frag": "fragment", ".comp": "compute", ".geom": "geometry"}
 
-_INCLUDE = re.compile(r'\s*#\s*include\s*["<]([^">]*)[">]')
-_CONDITION = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif)\b")
-_VERSION = re.compile(r"\s*#\s*version\s+(\d+)\s*(\w*)")
+_COMMENT = re.compile(r"//.*|/\*(?s:.*?)(?:\*/|\Z)")
+_DIRECTIVE = re.compile(
+    r"\s*#\s*(?:include\s*[\"<](?P<include>[^\">]*)[\">]|version\s+(?P<version>\d+)\s*(?P<profile>\w*)"
+    r"|(?P<branch>if|ifdef|ifndef|elif|else|endif)\b)"
+)
 # What the drivers write. Mesa: 0:12(5): error: ...; NVIDIA: 0(12) : error C1008: ...;
-# Intel, AMD, Apple: ERROR: 0:12: ...
-_LOG_LINE = re.compile(
-    r"^\s*(?:(?P<kind1>ERROR|WARNING):\s*)?\d+(?::(?P<colon>\d+)(?:\(\d+\))?|\((?P<paren>\d+)\))\s*:\s*"
-    r"(?:(?:preprocessor )?(?P<kind2>error|warning|note)\b\s*(?P<code>[A-Z]\d+)?\s*:\s*)?(?P<what>.*)$",
-    re.IGNORECASE,
+# Intel, AMD, Apple: ERROR: 0:12: ... Text: few runs need it compiled.
+_LOG_LINE = (
+    r"(?i)^\s*(?:(?P<kind1>ERROR|WARNING):\s*)?\d+(?::(?P<colon>\d+)(?:\(\d+\))?|\((?P<paren>\d+)\))\s*:\s*"
+    r"(?:(?:preprocessor )?(?P<kind2>error|warning|note)\b\s*(?P<code>[A-Z]\d+)?\s*:\s*)?(?P<what>.*)$"
 )
 
 
@@ -79,7 +82,7 @@ class Source:
         stage = f" ({self.stage} shader)" if self.stage else ""
         found: list[tuple[bool, str, int, str]] = []
         for entry in driver_log.splitlines():
-            if match := _LOG_LINE.match(entry):
+            if match := re.match(_LOG_LINE, entry):
                 kind = (match["kind1"] or match["kind2"] or "error").lower()
                 file, line = self.origin(int(match["colon"] or match["paren"]))
                 found.append((kind == "error", file, line, match["what"].strip()))
@@ -148,35 +151,34 @@ def _define(key: str, value: Define) -> str:
     return str(value)
 
 
-@dataclass
 class _Resolver:
-    folders: list[Path]
-    stage: str | None
-    version: str | None = None
-    out: list[str] = field(default_factory=list)
-    table: list[tuple[str, int]] = field(default_factory=list)
-    files: dict[str, SourceFile] = field(default_factory=dict)
-    # Files known to be in, one set for the top level and one for each open #if branch.
-    scopes: list[set[str]] = field(default_factory=lambda: [set()])
+    def __init__(self, folders: list[Path], stage: str | None) -> None:
+        self.folders, self.stage = folders, stage
+        self.version: str | None = None
+        self.out: list[str] = []
+        self.table: list[tuple[str, int]] = []
+        self.files: dict[str, SourceFile] = {}
+        # Files known to be in, one set for the top level and one for each open #if branch.
+        self.scopes: list[set[str]] = [set()]
+        self._root = os.path.realpath(folders[-1])
 
     def put(self, label: str, chain: tuple[str, ...]) -> None:
         """Append the text of file `label`, its includes in place; `chain` is who included it."""
         self.scopes[-1].add(label)
-        commented = continued = False
-        depth = len(self.scopes)
-        for number, line in enumerate(self.files[label].lines, 1):
-            bare, commented = _strip_comments(line, commented)
-            directive = bare if not continued and "#" in bare else ""
-            continued = line.endswith("\\")
-            if match := _INCLUDE.match(directive):
-                self._include(match[1], label, number, (*chain, label))
+        lines = self.files[label].lines
+        depth, done = len(self.scopes), 0
+        for number, match in _directives(lines):
+            if match["branch"]:
+                self._branch(match["branch"], depth, label, number)
                 continue
-            if match := _VERSION.match(directive):
-                self._set_version(" ".join(filter(None, match.groups())), label, number, chain)
-                line = ""
-            if match := _CONDITION.match(directive):
-                self._branch(match[1], depth, label, number)
-            self._emit(line, label, number)
+            self._copy(label, lines, done, number - 1)
+            done = number
+            if match["version"]:
+                self._set_version(" ".join(filter(None, match.group("version", "profile"))), label, number, chain)
+                self._emit("", label, number)
+            else:
+                self._include(match["include"], label, number, (*chain, label))
+        self._copy(label, lines, done, len(lines))
         if len(self.scopes) != depth:
             raise ShaderError(f"{label}: {len(self.scopes) - depth} #if without #endif")
 
@@ -214,12 +216,17 @@ class _Resolver:
         self.out.append(line)
         self.table.append((label, number))
 
+    def _copy(self, label: str, lines: tuple[str, ...], begin: int, end: int) -> None:
+        """Lines begin + 1 to end, as they stand."""
+        self.out += lines[begin:end]
+        self.table += zip(repeat(label), range(begin + 1, end + 1))
+
     def find(self, wanted: str, includer: Path | None, place: str) -> Path:
         """The file that `wanted` names; `place` is the file:line that asks, empty for the caller."""
         beside = [includer.parent] if includer else [] if place else [Path()]
         for folder in [*beside, *self.folders]:
-            if (folder / wanted).is_file():
-                return folder / wanted
+            if (path := folder / wanted).is_file():
+                return path
         # shaders/lib/bump.glsl is how one names it in the repository; the package carries the same folder.
         if not place and (root := self.folders[-1]) and wanted.startswith("shaders/"):
             inside = root / wanted.removeprefix("shaders/")
@@ -233,10 +240,9 @@ class _Resolver:
 
     def read(self, path: Path) -> str:
         """Read `path` once; returns the name that messages show for it."""
-        root = self.folders[-1]
-        full = path.resolve()
-        inside = full.is_relative_to(root.resolve())
-        label = str(Path(root.name) / full.relative_to(root.resolve())) if inside else os.path.relpath(full)
+        full = os.path.realpath(path)
+        inside = full.startswith(self._root + os.sep)
+        label = self.folders[-1].name + full[len(self._root) :] if inside else os.path.relpath(full)
         if label not in self.files:
             try:
                 content = path.read_text(encoding="utf-8")
@@ -246,19 +252,15 @@ class _Resolver:
         return label
 
 
-def _strip_comments(line: str, inside: bool) -> tuple[str, bool]:
-    """`line` without its comments, and whether a block comment is still open at its end."""
-    kept = ""
-    while line:
-        if inside:
-            _, closed, line = line.partition("*/")
-            inside = not closed
-            continue
-        cut = re.search(r"//|/\*", line)
-        if cut is None:
-            return kept + line, False
-        kept += line[: cut.start()] + " "
-        if cut[0] == "//":
-            return kept, False
-        inside, line = True, line[cut.end() :]
-    return kept, inside
+@lru_cache(maxsize=256)
+def _directives(lines: tuple[str, ...]) -> tuple[tuple[int, re.Match[str]], ...]:
+    """What a file says to this room, by line number; nothing in comments, nor on the rest of a line that was continued.
+    Kept: programs share most of their files."""
+    found = []
+    bare = _COMMENT.sub(lambda comment: " " + "\n" * comment[0].count("\n"), "\n".join(lines)).split("\n")
+    for number, line in enumerate(bare, 1):
+        if "#" in line and not (number > 1 and lines[number - 2].endswith("\\")):
+            match = _DIRECTIVE.match(line)
+            if match:
+                found.append((number, match))
+    return tuple(found)
