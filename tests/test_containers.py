@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_damage import damage
+from texture_files import message
 
 from glbump.errors import GlbumpError, ImageError
 from glbump.maps.containers import TextureLevels, is_texture, read_texture, texture_from_light, write_texture
@@ -25,17 +26,6 @@ def texture(faces: int, width: int, height: int, values: str = "half", channels:
     for level in levels:
         level[..., 3:] = 1
     return texture_from_light(levels, values)
-
-
-def message(path: Path) -> str:
-    """The one line that reading a file fails with."""
-    with pytest.raises(ImageError) as raised:
-        read_texture(path)
-    text = str(raised.value)
-    assert text.startswith(f"{path}: ")
-    assert "\n" not in text
-    assert len(text) - len(str(path)) < 320
-    return text
 
 
 # Round trips ---------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from PIL import Image
+from texture_files import changed, message, ramp, words, write_cube
 
 from glbump.errors import ImageError
 from glbump.maps.containers import TextureLevels, is_texture, read_texture, texture_from_light, write_texture
@@ -21,34 +22,9 @@ FORMAT, CAPS, CAPS2 = 76, 108, 112
 DXGI, DIMENSION, MISC, ARRAY, ALPHA_MODE = range(128, 148, 4)
 
 
-def words(content: bytes, at: int, count: int) -> list[int]:
-    return list(struct.unpack_from(f"<{count}I", content, at))
-
-
-def ramp(*shape: int) -> np.ndarray:
-    return np.arange(np.prod(shape), dtype=np.float64).reshape(shape)
-
-
 @pytest.fixture
 def cube(tmp_path: Path) -> Path:
-    """Six faces of 2x2 and 1x1, RGBA in halves; texel i of level 0 is 4i, 4i + 1, ..., level 1 goes on from 1000."""
-    path = tmp_path / "cube.dds"
-    write_texture(path, texture_from_light([ramp(6, 2, 2, 4), 1000 + ramp(6, 1, 1, 4)]))
-    return path
-
-
-def changed(path: Path, at: int, value: int) -> Path:
-    content = bytearray(path.read_bytes())
-    content[at : at + 4] = value.to_bytes(4, "little")
-    path.write_bytes(content)
-    return path
-
-
-def message(path: Path) -> str:
-    with pytest.raises(ImageError) as raised:
-        read_texture(path)
-    assert "\n" not in str(raised.value)
-    return str(raised.value)
+    return write_cube(tmp_path / "cube.dds")
 
 
 # The bytes -----------------------------------------------------------------------------------------------------
