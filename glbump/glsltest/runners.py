@@ -32,9 +32,9 @@ _SMALL = 1 << 16
 class Runner:
     """A compiled function. `run` fills `results`, an array (rows, words) for each output column."""
 
-    def __init__(self, context: Context, plan: Plan, prefix: str, program: Any) -> None:
-        self.context, self.gl, self.plan, self.prefix, self.program = context, context.gl, plan, prefix, program
-
+    def __init__(self, context: Context, arena: Arena, plan: Plan, prefix: str, program: Any) -> None:
+        self.context, self.gl, self.arena = context, context.gl, arena
+        self.plan, self.prefix, self.program = plan, prefix, program
         self.released = False
         self.token = 0
 
@@ -172,8 +172,7 @@ class ComputeRunner(Runner):
     """Compute shader with storage buffers (OpenGL 4.3)."""
 
     def __init__(self, context: Context, arena: Arena, plan: Plan, prefix: str, source: Source) -> None:
-        super().__init__(context, plan, prefix, build_compute(context.gl, source))
-        self.arena = arena
+        super().__init__(context, arena, plan, prefix, build_compute(context.gl, source))
 
     def run_part(self, head: Words, pieces: Sequence[Words], first: int, last: int, results: Sequence[Words]) -> None:
         rows = last - first
@@ -201,28 +200,50 @@ class ComputeRunner(Runner):
             raise self.unwritten()
 
 
-class FeedbackRunner(Runner):
-    """Vertex shader with transform feedback (OpenGL 3.3)."""
+class DrawingRunner(Runner):
+    """A program that draws: its arguments are in a texture, its results come in passes."""
 
-    def __init__(self, context: Context, arena: Arena, plan: Plan, prefix: str, source: Source) -> None:
-        names = [f"{prefix}o{g}" for g in range(plan.groups)]
-        super().__init__(context, plan, prefix, build_program(context.gl, source, varyings=names))
-        self.arena = arena
-        self.vertices = self.gl.vertex_array(self.program, [])
+    def __init__(self, context: Context, arena: Arena, plan: Plan, prefix: str, program: Any) -> None:
+        super().__init__(context, arena, plan, prefix, program)
+        self.vertices = self.gl.vertex_array(program, [])
 
     def release(self) -> None:
         self.vertices.release()
         super().release()
 
+    def upload(self, pieces: Sequence[Words]) -> None:
+        """Put the block of words into the data texture, and bind it."""
+        block = np.concatenate(pieces)
+        rows = -(-len(block) // DATA_WIDTH)
+        padded = np.zeros(rows * DATA_WIDTH, np.uint32)
+        padded[: len(block)] = block
+        texture = self.arena.data_texture(rows)
+        texture.write(padded, viewport=(0, 0, DATA_WIDTH, rows), alignment=1)
+        texture.use(_DATA_UNIT)
+        self.set_number("data", _DATA_UNIT)
+
+    def set_number(self, name: str, value: int) -> None:
+        """A uniform of the harness's own, where the compiler has kept it."""
+        if (name := f"{self.prefix}{name}") in self.program:
+            self.program[name].value = value
+
+
+class FeedbackRunner(DrawingRunner):
+    """Vertex shader with transform feedback (OpenGL 3.3)."""
+
+    def __init__(self, context: Context, arena: Arena, plan: Plan, prefix: str, source: Source) -> None:
+        names = [f"{prefix}o{g}" for g in range(plan.groups)]
+        super().__init__(context, arena, plan, prefix, build_program(context.gl, source, varyings=names))
+
     def run_part(self, head: Words, pieces: Sequence[Words], first: int, last: int, results: Sequence[Words]) -> None:
-        _upload(self, self.arena, [head, *pieces])
+        self.upload([head, *pieces])
         rows, groups = last - first, self.plan.groups
         out = self.arena.buffer("out", 16 * rows * groups)
         # Without a target bound, feedback writes nothing and says nothing.
         self.arena.target(2, 2, 1).use()
         made = np.empty((self.plan.passes, rows, 4 * groups), np.uint32)
         for number in range(self.plan.passes):
-            _set_pass(self, number)
+            self.set_number("pass", number)
             out.write(4 * _UNWRITTEN, 16 * rows * groups - 16)
             self.vertices.transform(out, moderngl.POINTS, vertices=rows)
             out.read_into(made[number], 16 * rows * groups)
@@ -231,21 +252,15 @@ class FeedbackRunner(Runner):
         _split(made.transpose(1, 0, 2).reshape(rows, -1), results, first, last)
 
 
-class FragmentRunner(Runner):
+class FragmentRunner(DrawingRunner):
     """Fragment shader that draws into integer targets: 2x2 quads, so screen derivatives work."""
 
     def __init__(self, context: Context, arena: Arena, plan: Plan, prefix: str, source: Source) -> None:
         vertex = resolve(text=SCREEN_TRIANGLE, name="<glbump>", stage="vertex")
-        super().__init__(context, plan, prefix, build_program(context.gl, vertex, source))
-        self.arena = arena
-        self.vertices = self.gl.vertex_array(self.program, [])
-
-    def release(self) -> None:
-        self.vertices.release()
-        super().release()
+        super().__init__(context, arena, plan, prefix, build_program(context.gl, vertex, source))
 
     def run_part(self, head: Words, pieces: Sequence[Words], first: int, last: int, results: Sequence[Words]) -> None:
-        _upload(self, self.arena, [head, *pieces])
+        self.upload([head, *pieces])
         rows, groups = last - first, self.plan.groups
         width = 64 if rows <= 4096 else 2048
         height = 2 * -(-rows // (2 * width))
@@ -253,11 +268,10 @@ class FragmentRunner(Runner):
         target.use()
         first_texture: Any = target.color_attachments[0]
         target.viewport = (0, 0, width, height)
-        if f"{self.prefix}width" in self.program:
-            self.program[f"{self.prefix}width"].value = width
+        self.set_number("width", width)
         made = np.empty((self.plan.passes, groups, height, width, 4), np.uint32)
         for number in range(self.plan.passes):
-            _set_pass(self, number)
+            self.set_number("pass", number)
             first_texture.write(4 * _UNWRITTEN, viewport=(0, 0, 1, 1))
             self.vertices.render(moderngl.TRIANGLES, vertices=3)
             for group in range(groups):
@@ -275,26 +289,6 @@ class FragmentRunner(Runner):
         quads = made.reshape(self.plan.passes, groups, height // 2, 2, width // 2, 2, 4)
         flat = quads.transpose(2, 4, 3, 5, 0, 1, 6).reshape(height * width, -1)
         _split(flat[:rows], results, first, last)
-
-
-def _upload(runner: Runner, arena: Arena, pieces: Sequence[Words]) -> None:
-    """Put the block of words into the data texture, and bind it."""
-    block = np.concatenate(pieces)
-    rows = -(-len(block) // DATA_WIDTH)
-    padded = np.zeros(rows * DATA_WIDTH, np.uint32)
-    padded[: len(block)] = block
-    texture = arena.data_texture(rows)
-    texture.write(padded, viewport=(0, 0, DATA_WIDTH, rows), alignment=1)
-    texture.use(_DATA_UNIT)
-    name = f"{runner.prefix}data"
-    if name in runner.program:
-        runner.program[name].value = _DATA_UNIT
-
-
-def _set_pass(runner: Runner, number: int) -> None:
-    name = f"{runner.prefix}pass"
-    if name in runner.program:
-        runner.program[name].value = number
 
 
 def _split(flat: Words, results: Sequence[Words], first: int, last: int) -> None:
