@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -14,6 +13,7 @@ from typing import Any
 
 import moderngl
 import pytest
+from test_backends import need
 
 from glbump.errors import ContextError
 from glbump.gl import context as context_module
@@ -84,17 +84,7 @@ def resident_mb() -> float:
 
 @pytest.mark.parametrize("backend", ["egl", "osmesa", "window"])
 def test_backend_draws(backend: str) -> None:
-    before: tuple[str, ...] = ()
-    if backend == "osmesa":
-        try:
-            osmesa._load()
-        except RouteError as error:
-            pytest.skip(str(error))
-    if backend == "window":
-        if not shutil.which("xvfb-run"):
-            pytest.skip("no xvfb-run for a display")
-        before = ("xvfb-run", "-a")
-    took, picture, imports_glfw, renderer = in_process(DRAW, backend, before=before).split("|")
+    took, picture, imports_glfw, renderer = in_process(DRAW, backend, before=need(backend)).split("|")
     assert took == backend
     assert imports_glfw == str(backend == "window"), "only a window may cost the import of glfw"
     if "llvmpipe" in renderer:

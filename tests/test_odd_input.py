@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+from test_bad_input import CORNERS, FACE, UV
 
 import glbump as gb
 from glbump.cli import run
@@ -31,9 +32,6 @@ shape = { kind = "mesh", path = "quad.obj" }
 material = { metallic = 1, roughness = 0 }
 bump = { height = "bumps.exr", amplitude = 0.05 }
 """
-CORNERS = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n"
-UV = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-FACE = "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
 
 
 @pytest.fixture(autouse=True)
