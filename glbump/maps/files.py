@@ -33,6 +33,11 @@ _WITH_ALPHA = (".png", ".webp", ".exr", ".tif", ".tiff")
 _COMPRESSION = {".exr": "zip:1"}
 
 
+def cache_folder() -> Path:
+    """Where this user's glbump keeps what can be made again (XDG Base Directory Specification); need not be there."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "glbump"
+
+
 def write_atomically(
     path: str | os.PathLike[str],
     content: bytes | Callable[[Path], None],

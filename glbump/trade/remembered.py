@@ -9,15 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from glbump.errors import GlbumpError
-from glbump.maps.files import write_atomically
+from glbump.maps.files import cache_folder, write_atomically
 from glbump.quality import KNOBS, Quality
 from glbump.scene import Scene
 from glbump.trade.results import digest, scene_key
-
-
-def cache_directory() -> Path:
-    """Where this user's programs keep what can be made again (XDG Base Directory Specification)."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "glbump" / "tune"
 
 
 class Remembered:
@@ -27,7 +22,7 @@ class Remembered:
     """
 
     def __init__(self, directory: str | os.PathLike[str] | None = None) -> None:
-        self._directory = Path(directory) if directory is not None else cache_directory()
+        self._directory = Path(directory) if directory is not None else cache_folder() / "tune"
 
     def key(self, scene: Scene, size: tuple[int, int], metric: str, driver: str) -> str:
         """What results hold for: the scene with all that its files hold, and who draws. Another version of glbump, or

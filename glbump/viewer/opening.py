@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,6 +19,7 @@ from glbump.environment import CubeMap, Environment, HemiCube, Hemisphere, LatLo
 from glbump.errors import GlbumpError, ImageError, MeshError, SceneError
 from glbump.maps.containers import TEXTURE_SUFFIXES
 from glbump.maps.facefiles import face_files
+from glbump.maps.files import cache_folder
 from glbump.maps.images import colour_of
 from glbump.maps.stored import check_file, read_stored
 from glbump.plan.surfaces import world_bounds
@@ -209,8 +209,7 @@ def _demo_maps(names: list[str]) -> Path:
     from glbump import demo
 
     recipe = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(demo.__file__).parent.glob("*.py"))))
-    caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    folder = caches / "glbump" / f"demo-{recipe.hexdigest()[:12]}"
+    folder = cache_folder() / f"demo-{recipe.hexdigest()[:12]}"
     missing = [name for name in names if not (folder / name).is_file()]
     try:
         demo.write_maps(folder, missing)
