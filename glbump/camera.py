@@ -7,7 +7,6 @@ glbump's are for column vectors: clip = projection @ view @ world.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -16,13 +15,13 @@ import numpy.typing as npt
 
 from glbump import validate as check
 from glbump.errors import SceneError
+from glbump.frozen import Frozen
 from glbump.shapes import Vec3
 
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Camera(check.Frozen):
+class Camera(Frozen):
     """Where the picture is taken from. fov: vertical, degrees. near, far: derived from the scene when None.
 
     projection: "perspective" or "orthographic"; `height` is what an orthographic picture shows, in world

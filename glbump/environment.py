@@ -6,7 +6,7 @@ Every class raises SceneError for values it does not allow.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from glbump import validate as check
 from glbump.errors import SceneError, shown
+from glbump.frozen import Frozen
 from glbump.image import Image, checked_image
 from glbump.shapes import Vec3
 
@@ -21,8 +22,7 @@ MOST_RADIANCE = 65504.0
 """Of a colour that an environment is made of: what a half float holds."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class BoxBounds(check.Frozen):
+class BoxBounds(Frozen):
     """The walls of a room, as a box along the world's axes: its lowest and its highest corner."""
 
     low: Vec3
@@ -43,8 +43,7 @@ class BoxBounds(check.Frozen):
         return min(*(p - a for a, p in zip(self.low, point)), *(b - p for p, b in zip(point, self.high)))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SphereBounds(check.Frozen):
+class SphereBounds(Frozen):
     """The walls of a round place: a sphere in the world."""
 
     centre: Vec3
@@ -65,8 +64,7 @@ class SphereBounds(check.Frozen):
 Bounds = BoxBounds | SphereBounds
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Environment(check.Frozen):
+class Environment(Frozen, kw_only=True):
     """What all environments share.
 
     rotation: degrees, counter-clockwise about +Y seen from above. exposure: stops (a factor of 2**exposure).
@@ -98,8 +96,7 @@ class Environment(check.Frozen):
 # ------------------------------------------------------------ pictures
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Pictured(Environment):
+class Pictured(Environment, kw_only=True):
     """An environment of texels. position: where in the world it was taken. bounds: the walls that it shows, about
     `position`; given, reflections in them are right for objects inside, wherever they stand (parallax correction);
     without, what it shows is infinitely far."""
@@ -144,7 +141,6 @@ class Pictured(Environment):
             self._store(image=checked_image("environment.image", image))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class LatLong(Pictured):
     """A latitude-longitude picture, 2:1; its centre is -Z, seen from inside."""
 
@@ -156,7 +152,6 @@ class LatLong(Pictured):
         self._check_common()
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class CubeMap(Pictured):
     """Six faces in the order +X -X +Y -Y +Z -Z.
 
@@ -180,8 +175,7 @@ class CubeMap(Pictured):
 MIRRORED = "mirrored"
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class _UpperHalf(Pictured):
+class _UpperHalf(Pictured, kw_only=True):
     """An environment that shows the upper half of the world. below: linear rgb of all that lies below the horizon, or
     "mirrored": what lies above it, mirrored."""
 
@@ -195,7 +189,6 @@ class _UpperHalf(Pictured):
         self._store(below=check.vector("environment.below", self.below, 3, least=0, most=MOST_RADIANCE))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class HemiCube(_UpperHalf):
     """The upper half of a cube map, in half its memory: the top and the upper halves of four sides.
 
@@ -217,7 +210,6 @@ class HemiCube(_UpperHalf):
 HEMISPHERES = ("equal-area", "equidistant", "orthographic", "dual-paraboloid")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Hemisphere(_UpperHalf):
     """A disc that shows the sky as one sees it looking up, with -Z at the top of the picture, so +X on the left.
 
@@ -240,7 +232,6 @@ class Hemisphere(_UpperHalf):
         return self.projection
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Octahedral(Pictured):
     """The sphere as an octahedron unfolded to a square about +Y; s along +X, t (down) along +Z."""
 
@@ -255,7 +246,6 @@ class Octahedral(Pictured):
 PROBES = ("angular", "mirror-ball")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class LightProbe(Pictured):
     """The whole sphere as one disc, +Y at the top of the picture.
 
@@ -277,7 +267,6 @@ class LightProbe(Pictured):
         return self.projection
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Captured(Pictured):
     """What is seen from `position`: the scene itself, without the surfaces that have this environment, drawn onto a
     cube's faces. Belongs to a surface (`Surface.environment`), not to a scene.
@@ -332,7 +321,6 @@ class Procedural(Environment):
             self._store(**{name: colour})
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Sky(Procedural):
     """The lecture's simple environment: up is one colour, down another, and a soft horizon between.
 
@@ -354,7 +342,6 @@ class Sky(Procedural):
         return super().arguments() | {"softness": float(np.sin(np.radians(self.softness)))}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Chrome(Procedural):
     """The lecture's medium environment: sinusoids between grey and silver.
 
@@ -377,7 +364,6 @@ class Chrome(Procedural):
         self._check_common()
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Fractal(Procedural):
     """The lecture's complex environment: a fractal landscape in sunlight, which the reflected ray is intersected with.
 

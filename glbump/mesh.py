@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import SceneError
+from glbump.frozen import Frozen
 from glbump.shapes import Cube, MeshData, MeshFile, Plane, Quad, Shape, Sphere, Torus
 
 Floats = npt.NDArray[np.float64]
@@ -24,8 +25,7 @@ SEGMENTS = (8, 1024)
 """The fewest and the most segments round a circle that `segments_for` asks for."""
 
 
-@dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(Frozen, eq=False):
     """Triangles in object space.
 
     positions: (V, 3). triangles: (T, 3) int32 into them, counter-clockwise seen from outside.

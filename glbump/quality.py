@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from glbump import validate as check
 from glbump.errors import SceneError
+from glbump.frozen import Frozen
 
 
 class Knob(NamedTuple):
@@ -148,8 +148,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 _FROM_PRESET: Any = None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Quality(check.Frozen):
+class Quality(Frozen):
     """Every knob of the trade between speed and accuracy; what is None takes the preset's value.
 
     KNOBS has what each may be, and its unit. Some more of it:

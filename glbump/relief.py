@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.contents import Contents
 from glbump.errors import SceneError
+from glbump.frozen import Frozen
 from glbump.maps.bump_formats import BUMP_FORMATS, CODED, PLAIN, BumpFormat
 from glbump.maps.encodings import ENCODINGS, HALF_DIM, HALF_MAX, slope_map
 from glbump.maps.gradients import IN_SHADERS
@@ -30,8 +31,7 @@ variances are 1/12 and 1/6 of its square; a sample over 1/12 of its own. Measure
 4 to 15 % less error than texels as wide as samples, at four samples a pixel and at one."""
 
 
-@dataclass(frozen=True)
-class Layer:
+class Layer(Frozen):
     """One bump as it is read: from a map of slopes, of a normal map's slopes, or of heights, whose gradient is taken
     where they are seen, from texels or from pixel to pixel (SCREEN). why: of heights, the reason for the one or the
     other. stored: how textures keep the map. pyramid: who makes its levels, as in Quality."""
@@ -220,8 +220,7 @@ def is_normal_mapped(layers: tuple[Layer, ...]) -> bool:
     return bool(layers) and all(layer.kind == NORMALS for layer in layers)
 
 
-@dataclass(frozen=True)
-class Terms:
+class Terms(Frozen):
     """Whether B (N/|N|)_u and _v are kept. error: degrees that normals are off by, at most, without."""
 
     full: bool

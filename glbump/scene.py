@@ -7,19 +7,19 @@ Every class raises SceneError for values it does not allow.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 from glbump import validate as check
 from glbump.camera import Camera
 from glbump.environment import ENVIRONMENTS, Captured, Environment, Sky
 from glbump.errors import SceneError, shown, unknown
+from glbump.frozen import Frozen
 from glbump.image import Image, checked_image
 from glbump.shapes import SHAPES, Shape, Transform, Vec2, Vec3
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Material(check.Frozen):
+class Material(Frozen):
     """Metallic-roughness, as in glTF. base_color: linear rgb, 0..1. ior: of the dielectric part.
 
     transmission: the share of the light that is not mirrored which goes through a dielectric, bent once by its ior
@@ -53,8 +53,7 @@ def _repeat(what: str, value: Any) -> Vec2:
     return (x, y)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Bump(check.Frozen):
+class Bump(Frozen):
     """Bumps from a picture of heights.
 
     height: grey picture or (H, W) array; 0..1 is its full range, positive along the outward normal.
@@ -112,8 +111,7 @@ class Bump(check.Frozen):
         return self.amplitude * self.map_repeat[0], self.amplitude * self.map_repeat[1]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class NormalMap(check.Frozen):
+class NormalMap(Frozen):
     """Bumps from a tangent-space normal map: linear, +Y as in OpenGL and glTF unless `flip_y`.
 
     scale multiplies the slopes, so 0 is flat and -1 turns bumps into dents.
@@ -146,8 +144,7 @@ class NormalMap(check.Frozen):
 MOST_BUMPS = 4
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Surface(check.Frozen):
+class Surface(Frozen):
     """A shape with its material, its bumps and its place in the world.
 
     bump: one, or up to MOST_BUMPS of them, whose gradients add up: detail over a base, heights and normal maps.
@@ -184,8 +181,7 @@ class Surface(check.Frozen):
         return tuple(layer for layer, s in zip(layers, strength) if s)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Scene(check.Frozen):
+class Scene(Frozen):
     """Surfaces in an environment, the lecture's simple Sky unless given, and the camera that sees them."""
 
     surfaces: Sequence[Surface]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -13,13 +12,13 @@ import numpy.typing as npt
 
 from glbump import validate as check
 from glbump.errors import SceneError, shown
+from glbump.frozen import Frozen
 
 Vec2 = tuple[float, float]
 Vec3 = tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Quad(check.Frozen):
+class Quad(Frozen):
     """A flat convex quadrilateral; u,v by inverse bilinear interpolation of its corners.
 
     corners: lower left, lower right, upper right, upper left, seen from its front,
@@ -54,8 +53,7 @@ class Quad(check.Frozen):
             )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Plane(check.Frozen):
+class Plane(Frozen):
     """A rectangle of `size` (x, z) about the origin, facing +Y; u along +X, v along -Z."""
 
     kind: ClassVar[str] = "plane"
@@ -65,8 +63,7 @@ class Plane(check.Frozen):
         self._store(size=check.vector("plane.size", self.size, 2, least=check.SHORTEST, most=check.LONGEST))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Cube(check.Frozen):
+class Cube(Frozen):
     """A box of `size` (x, y, z) about the origin; every face has uv 0..1, seen upright from outside."""
 
     kind: ClassVar[str] = "cube"
@@ -76,8 +73,7 @@ class Cube(check.Frozen):
         self._store(size=check.vector("cube.size", self.size, 3, least=check.SHORTEST, most=check.LONGEST))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Sphere(check.Frozen):
+class Sphere(Frozen):
     """A sphere of `radius` about the origin with latitude-longitude uv; u = 1/2 faces +Z."""
 
     kind: ClassVar[str] = "sphere"
@@ -87,8 +83,7 @@ class Sphere(check.Frozen):
         self._store(radius=check.length("sphere.radius", self.radius))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Torus(check.Frozen):
+class Torus(Frozen):
     """A ring of `radius` around +Y with a `tube` of its own radius; v = 1/2 on the outer equator, rising."""
 
     kind: ClassVar[str] = "torus"
@@ -105,8 +100,7 @@ class Torus(check.Frozen):
             )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class MeshFile(check.Frozen):
+class MeshFile(Frozen):
     """A mesh from an OBJ, PLY, STL or GLB file."""
 
     kind: ClassVar[str] = "mesh"
@@ -123,8 +117,7 @@ class MeshFile(check.Frozen):
         return str(self.path)
 
 
-@dataclass(frozen=True, eq=False)
-class MeshData(check.Frozen):
+class MeshData(Frozen, eq=False):
     """A mesh from arrays, copied and kept read-only; equal to itself alone.
 
     positions: (V, 3). triangles: (T, 3) whole numbers, rows of it, counter-clockwise seen from outside.
@@ -137,8 +130,6 @@ class MeshData(check.Frozen):
     triangles: npt.ArrayLike
     normals: npt.ArrayLike | None = None
     uv: npt.ArrayLike | None = None
-
-    __eq__, __hash__ = object.__eq__, object.__hash__
 
     def __post_init__(self) -> None:
         positions = _rows("mesh_data.positions", self.positions, 3)
@@ -203,8 +194,7 @@ STRETCH = 1e6
 """Most that a transform may stretch one axis over another."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Transform(check.Frozen):
+class Transform(Frozen):
     """Where a shape stands in the world: first scaled, then rotated, then moved.
 
     translate: world units. rotate: degrees about the fixed world axes x, then y, then z.

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import Field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from glbump.errors import SceneError, shown, unknown
 
@@ -111,28 +110,3 @@ def instance(what: str, value: Any, kinds: type | Sequence[type]) -> Any:
         names = ", ".join(k.__name__ for k in allowed)
         raise _refusal(what, f"one of {names}" if len(allowed) > 1 else f"a {names}", value)
     return value
-
-
-class Frozen:
-    """What frozen dataclasses with checks share: __post_init__ may store the checked value; and equality, hash and
-    repr, as dataclasses have them: with `eq=False, repr=False`, a class takes half as long to make (of forty such
-    classes that is a tenth of a first picture's imports)."""
-
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
-
-    def _values(self) -> tuple[Any, ...]:
-        return tuple([getattr(self, name) for name in self.__dataclass_fields__])
-
-    def __eq__(self, other: object) -> bool:
-        return self._values() == other._values() if type(other) is type(self) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._values())
-
-    def __repr__(self) -> str:
-        values = ", ".join(f"{name}={getattr(self, name)!r}" for name in self.__dataclass_fields__)
-        return f"{type(self).__qualname__}({values})"
-
-    def _store(self, **values: Any) -> None:
-        for name, value in values.items():
-            object.__setattr__(self, name, value)

@@ -37,7 +37,7 @@ ROWS = (
         "maps",
     ),
     ("shown",),
-    ("validate", "progress"),
+    ("validate", "progress", "frozen"),
     ("errors",),
 )
 ROW_OF = {name: i for i, row in enumerate(ROWS) for name in row}

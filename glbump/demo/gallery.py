@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -27,6 +27,7 @@ from glbump.environment import (
 )
 from glbump.errors import SceneError, unknown
 from glbump.frame import Frame
+from glbump.frozen import Frozen
 from glbump.maps.convert import convert
 from glbump.maps.files import write_atomically, write_display, write_picture
 from glbump.maps.layout import (
@@ -51,8 +52,7 @@ COPPER = Material(base_color=(0.95, 0.49, 0.32), metallic=1, roughness=0.15)
 ROW_CAMERA = Camera(eye=(0, -0.25, 7.0), target=(0, 0.12, 0), fov=19)
 
 
-@dataclass(frozen=True)
-class Exhibit:
+class Exhibit(Frozen):
     """One picture of the gallery. scene: made when the folder of its maps is known. panels: rows of what the quality is
     changed by, for a picture that shows the scene as often side by side."""
 

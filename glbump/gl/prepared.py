@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import moderngl
 
+from glbump.frozen import Frozen
 from glbump.gl.uniforms import Uniforms, View
 from glbump.plan import Plan
 from glbump.scene import Scene
 
 
-@dataclass(frozen=True)
-class Draw:
+class Draw(Frozen):
     """One surface, or the sky: its program with the values of uniforms, its vertices, its textures with their units."""
 
     uniforms: Uniforms
@@ -32,8 +31,7 @@ class Drawn(NamedTuple):
     stats: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Prepared:
+class Prepared(Frozen):
     """A scene made ready to be drawn: its plan, and all that follows from it.
 
     key: of the size, the quality and the contents that it was made for; freed: of the store, then.

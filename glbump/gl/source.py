@@ -9,12 +9,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import repeat
 from pathlib import Path
 
 from glbump.errors import ShaderError, nearest
+from glbump.frozen import Frozen
 
 Define = bool | int | float | str
 SUFFIXES = {".vert": "vertex", ".frag": "fragment", ".comp": "compute", ".geom": "geometry"}
@@ -49,16 +49,14 @@ def find_shaders() -> Path:
     )
 
 
-@dataclass(frozen=True)
-class SourceFile:
+class SourceFile(Frozen):
     """One file that went into a source: where it lies (None for an inline text) and its lines."""
 
     path: Path | None
     lines: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Source:
+class Source(Frozen):
     """GLSL as the driver gets it; `lines[i]` is the (file, line) that line i + 1 of `text` came from."""
 
     text: str

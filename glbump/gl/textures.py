@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, NamedTuple
 
 import moderngl
@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from glbump.contents import Contents, bump_key, environment_key, shape_key
 from glbump.environment import Environment
+from glbump.frozen import Frozen
 from glbump.gl.context import Context
 from glbump.gl.levels import cube_texture, generate_levels, texture_2d
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, resampled, sheet
@@ -33,8 +34,7 @@ FILTERS = {
 }
 
 
-@dataclass(frozen=True)
-class MeshBuffers:
+class MeshBuffers(Frozen):
     """A mesh on the GPU: one buffer for each attribute it has, and its indices; and how programs read them."""
 
     attributes: dict[str, moderngl.Buffer]

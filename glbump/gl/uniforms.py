@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import moderngl
@@ -14,6 +13,7 @@ import numpy.typing as npt
 from glbump.camera import pixel_steps, projection_matrix, sample_offsets, view_matrix
 from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
+from glbump.frozen import Frozen
 from glbump.gl.textures import MeshBuffers
 from glbump.maps.bump_formats import code_range
 from glbump.maps.layout import EnvironmentMap, sheet_corners
@@ -79,8 +79,7 @@ class Uniforms:
         self.program.release()
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(Frozen):
     """Uniforms that change with the sample's place within the pixels: of each surface, and of the sky."""
 
     surfaces: tuple[dict[str, Any], ...]

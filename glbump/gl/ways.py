@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from glbump.frozen import Frozen
 from glbump.gl import egl
 from glbump.gl.native import Native, RouteError
 
 _GL_VERSION = 0x1F02
 
 
-@dataclass(frozen=True)
-class Way:
+class Way(Frozen):
     """One way to a context: its name in words, the library it needs, and how to go it."""
 
     route: str
@@ -47,8 +46,7 @@ class Way:
         return text.decode().replace("(Compatibility Profile) ", "") if text else None
 
 
-@dataclass(frozen=True)
-class Attempt:
+class Attempt(Frozen):
     """One way that failed: what was said, and what would mend it."""
 
     route: str

@@ -6,12 +6,12 @@ The shaders' side is shaders/bump_input.glsl.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from glbump.frozen import Frozen
 from glbump.maps.encodings import ENCODINGS, Stored, codes, unpacked_10
 
 F32 = npt.NDArray[np.float32]
@@ -22,8 +22,7 @@ PLAIN, CODED, XY, XYZ, FOLDED, FOLDED_BYTES = range(6)
 no filter may average, in two codes or across three bytes."""
 
 
-@dataclass(frozen=True)
-class BumpFormat:
+class BumpFormat(Frozen):
     """One way to keep slopes. family: one of the above. bits: of a code, 0 for floats. dtype: of the texture, as
     glbump/gl/levels.py names it. is_normals: it keeps directions, not slopes, and no heights beside them.
     """

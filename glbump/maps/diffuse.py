@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
+from glbump.frozen import Frozen
 from glbump.maps import cube, pyramid
 from glbump.maps.gloss import area_faces
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges, texel_dirs
@@ -131,8 +132,7 @@ def _cube_moments(source: EnvironmentMap) -> tuple[F64, F64, F64]:
     return moments[:, 0].sum(axis=0), first, second
 
 
-@dataclass(frozen=True, eq=False)
-class Cells:
+class Cells(Frozen, eq=False):
     """An environment in small cells. dirs: (M, 3) float32, the middle of each one's light. light: (M, 3, 3) float32
     integrals of direction times radiance over each, channel last."""
 

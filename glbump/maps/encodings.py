@@ -11,13 +11,13 @@ is off by its diagonal as seen from where it is seen largest. Means were measure
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError
+from glbump.frozen import Frozen
 from glbump.maps.projections import octahedral_dir, octahedral_place
 from glbump.maps.stored import count_and_first
 
@@ -32,8 +32,7 @@ _UP_LAST = [0, 2, 1]
 """Tangent space <-> the frame of `octahedral_place`, whose +Y is up."""
 
 
-@dataclass(frozen=True)
-class Encoding:
+class Encoding(Frozen):
     """One way to store unit normals, and the angle between what was stored and what is read, in degrees.
 
     size: bytes a texel. reach: tilts from +Z up to which it holds every normal, degrees. mean: over directions spread

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import LimitError
+from glbump.frozen import Frozen
 from glbump.maps import cube, pyramid
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges, sample, texel_dirs
 
@@ -70,8 +70,7 @@ def chain_alphas(size: int, samples: int) -> list[float]:
     return [(i / last) ** 2 for i in range(1, last + 1)]
 
 
-@dataclass(frozen=True)
-class Lobe:
+class Lobe(Frozen):
     """D(h) (n.l) of n = v as samples, for the GPU. samples: (N, 4), directions as even in the lobe as can be, z along
     its axis, by golden-ratio steps round it; and of each the solid angle that it stands for. integral: of the lobe over
     its peak."""
@@ -166,8 +165,7 @@ def _halved(source: EnvironmentMap) -> EnvironmentMap:
     return EnvironmentMap(LATLONG, pixels[None], source.scale, source.offset)
 
 
-@dataclass(frozen=True)
-class _Cells:
+class _Cells(Frozen):
     """One level of the tree: (M, 3) unit directions, and (M, 4) radiance times solid angle, solid angle.
 
     In Z order: the children of cell k in the next finer level are 4 k to 4 k + 3. size: texels along a face.

@@ -7,20 +7,19 @@ exactly 0, since only differences are added up.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError, unknown
+from glbump.frozen import Frozen
 from glbump.maps.bspline import BORDERS, continued, prefiltered
 
 F64 = npt.NDArray[np.float64]
 Shifted = Callable[[int], F64]
 
 
-@dataclass(frozen=True)
-class Kernel:
+class Kernel(Frozen):
     """Weights of a gradient, in slopes per texel.
 
     pairs: (ahead, behind, weight): weight * (height `ahead` texels on - height `behind` texels on), added up.

@@ -12,13 +12,14 @@ What a picture means:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError
+from glbump.frozen import Frozen
 from glbump.maps.colour import TONES, linear_from_srgb, srgb_from_linear, tone_map
 from glbump.maps.files import write_atomically, write_display, write_picture
 from glbump.maps.stored import (
@@ -60,8 +61,7 @@ NORMAL_BEHIND = 0.01
 """Largest share of a normal map's pixels whose normal may point into the surface (z <= 0)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Picture:
+class Picture(Frozen, eq=False):
     """A picture in memory.
 
     pixels: (H, W, C) float32, contiguous, row 0 on top; linear light for colour, -1..1 for normals.

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
+from glbump.frozen import Frozen
 from glbump.maps import projections
 from glbump.maps.cube import bilinear, by_pieces, face_dir, face_of, pad
 from glbump.maps.projections import Place
@@ -59,8 +59,7 @@ def _cube_dir(tile: npt.ArrayLike, s: npt.ArrayLike, t: npt.ArrayLike) -> F64:
     return result
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(Frozen):
     """Which direction each place of an environment's tiles shows.
 
     place(dir (..., 3), any length) -> tile, s, t; dir(tile, s, t) -> unit (..., 3). aspect: a tile's width over its
@@ -131,8 +130,7 @@ LAYOUTS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class EnvironmentMap:
+class EnvironmentMap(Frozen, eq=False):
     """Radiance by direction.
 
     pixels: (tiles, H, W, 3) float32, linear light, row 0 at t = 0. scale, offset: of s and of t to texture coordinates,

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from glbump.frozen import Frozen
 from glbump.maps.colour import display_bytes, linear_from_srgb, srgb_from_linear
 from glbump.maps.encodings import HALF_DIM, HALF_MAX, packed_10, unpacked_10
 
@@ -33,8 +33,7 @@ _SAMPLE = 1 << 14
 _MIDDLE_GREY = 0.18
 
 
-@dataclass(frozen=True)
-class LightFormat:
+class LightFormat(Frozen):
     """One way to keep light.
 
     dtype: of the texture, as glbump/gl/levels.py names it. bytes: of a texel. largest: that it holds; with `signed`, of

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import zlib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError
+from glbump.frozen import Frozen
 
 if TYPE_CHECKING:
     from glbump.maps.containers.levels import TextureLevels
@@ -68,8 +69,7 @@ class ArraySource(Protocol):
 Source = Path | ArraySource
 
 
-@dataclass(frozen=True, eq=False)
-class Stored:
+class Stored(Frozen, eq=False):
     """pixels: (H, W, C) of the stored type; channels: their names, of "Y", "R", "G", "B", "A".
 
     Alpha is straight, except where `premultiplied`: OpenEXR keeps colour times alpha.

@@ -7,11 +7,12 @@ of all of a picture; here only what stands out becomes one, and the rest stays a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
+from glbump.frozen import Frozen
 from glbump.maps import cube
 from glbump.maps.diffuse import as_cube
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, row_edges, sample
@@ -35,8 +36,7 @@ _TRIES = 16
 """Bright places that are looked at, the brightest first."""
 
 
-@dataclass(frozen=True)
-class Sun:
+class Sun(Frozen):
     """direction: unit, in the frame of the map, to the middle of its light. irradiance: rgb, of a surface that faces it
     (the integral of its radiance over its solid angle). radius: radians, of the even disc that is as concentrated."""
 
@@ -50,16 +50,14 @@ class Sun:
         return float(4 * np.pi * np.sin(self.radius / 2) ** 2)
 
 
-@dataclass(frozen=True, eq=False)
-class Parted:
+class Parted(Frozen, eq=False):
     """An environment without its suns, and these: at most MOST_SUNS, the brightest first."""
 
     rest: EnvironmentMap
     suns: tuple[Sun, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _Texels:
+class _Texels(Frozen, eq=False):
     """Texels of a map: their places in its pixels, unit directions (N, 3), solid angles (N,), mean radiance (N,)."""
 
     at: tuple[npt.NDArray[np.intp], ...]

@@ -12,13 +12,13 @@ both readings, and only one of the two makes the edges meet.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError, unknown
+from glbump.frozen import Frozen
 from glbump.maps.layout import CUBE, HEMICUBE, Layout
 
 F32 = npt.NDArray[np.float32]
@@ -26,8 +26,7 @@ F32 = npt.NDArray[np.float32]
 ORIENTATIONS = ("opengl", "inside")
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(Frozen):
     """A face in a picture: its first cell, its size in cells, and the quarter turns, counter-clockwise, to set it
     upright."""
 
@@ -38,8 +37,7 @@ class Part:
     columns: int = 1
 
 
-@dataclass(frozen=True)
-class Unfolding:
+class Unfolding(Frozen):
     """A picture of `rows` x `columns` square cells that holds a cube or a hemicube.
 
     parts: of a cube +X -X +Y -Y +Z -Z, of a hemicube the half sides +X -X +Z -Z and the top, in the "opengl" reading.

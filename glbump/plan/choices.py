@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 from glbump.contents import Contents
 from glbump.environment import Chrome, Environment, Fractal, Sky
+from glbump.frozen import Frozen
 from glbump.maps.encodings import HALF_DIM, HALF_MAX
 from glbump.maps.layout import (
     CUBE,
@@ -52,8 +53,7 @@ def _never() -> bool:
     return False
 
 
-@dataclass(frozen=True)
-class Capabilities:
+class Capabilities(Frozen):
     """What the driver can do, as far as a plan depends on it. multisamples: most samples a pixel that one pass draws,
     and shades one by one; 0 where a driver cannot. memory, texture_memory: bytes free in the machine, and on
     the graphics card; None where that is not known. honours_anisotropy: says whether texture units look up along
@@ -68,8 +68,7 @@ class Capabilities:
     honours_anisotropy: Callable[[], bool] = _never
 
 
-@dataclass(frozen=True)
-class Choice:
+class Choice(Frozen):
     """One decision: what, how, why."""
 
     what: str
@@ -92,8 +91,7 @@ class ChainPlan(NamedTuple):
         return (self.size // SMALLEST_FACES).bit_length() - 1
 
 
-@dataclass(frozen=True)
-class EnvironmentPlan:
+class EnvironmentPlan(Frozen):
     """How one environment is kept and looked up. defines: of its look-up.
 
     layout: of its texels on the GPU, None where it is computed; size: of its tiles, where they are not the picture's.
@@ -114,8 +112,7 @@ class EnvironmentPlan:
     suns: int = 0
 
 
-@dataclass(frozen=True)
-class SurfacePlan:
+class SurfacePlan(Frozen):
     """How one surface is drawn. defines: what its program is compiled with. segments: of its mesh. environment: its
     number in the plan. layers: how its bumps are read."""
 
@@ -130,8 +127,7 @@ class SurfacePlan:
         return dict(self.defines)[name]
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(Frozen):
     """What a frame is made of; everything that is not here is neither compiled, uploaded nor computed.
 
     environments: the scene's own first, then those that surfaces have beside it. is_multisampled: whether
@@ -167,8 +163,7 @@ class Plan:
         return "\n".join(f"{c.what:<{width}}  {c.value}: {c.why}" for c in self.choices)
 
 
-@dataclass(frozen=True)
-class Draft:
+class Draft(Frozen):
     """A plan in the making: what it is for, and the choices so far."""
 
     scene: Scene

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from glbump.frozen import Frozen
 from glbump.maps.dfg import table
 from glbump.reference import ggx, reflect
 
@@ -42,8 +42,7 @@ def sample_number(x: float, y: float, samples: int) -> int:
     return int((1 - y) * rows) * columns + int(x * columns)
 
 
-@dataclass(frozen=True)
-class Facets:
+class Facets(Frozen):
     """Directions (K, 3) towards the eye and normals, unit length; roughness (K,) or one; and the facets to be summed:
     `count` of them, those of sample `number` of the pixel's `samples`, which together make one finer set."""
 

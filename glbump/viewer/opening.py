@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ from glbump.camera import Camera
 from glbump.contents import Contents
 from glbump.environment import CubeMap, Environment, HemiCube, Hemisphere, LatLong, LightProbe, Octahedral
 from glbump.errors import GlbumpError, ImageError, MeshError, SceneError
+from glbump.frozen import Frozen
 from glbump.maps.containers import TEXTURE_SUFFIXES
 from glbump.maps.facefiles import face_files
 from glbump.maps.files import cache_folder
@@ -39,8 +40,7 @@ STEEP = 0.05
 SCENE, MESH, PANORAMA, HEIGHTS, NORMALS = "scene", "mesh", "environment", "heights", "normal map"
 
 
-@dataclass(frozen=True)
-class Subject:
+class Subject(Frozen):
     """What the window shows. name: in few words, also of files that are written; title: in more; file: of the scene, to
     be read again when it changes; tone, exposure: how the screen shows it until somebody turns them, as Frame.save."""
 

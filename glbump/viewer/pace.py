@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
+
+from glbump.frozen import Frozen
 
 BUDGET = 1000 / 30
 """Milliseconds that a frame may take while something moves."""
@@ -24,8 +26,7 @@ class Step(NamedTuple):
     scale: float
 
 
-@dataclass(frozen=True)
-class Pace:
+class Pace(Frozen):
     """What frames cost here. one, many: nanoseconds a pixel and sample, of one sample a pixel, and of several, which
     share some work; None until one has been drawn. beside: milliseconds of a frame that go to anything else. scale: of
     the last frame that moved."""
