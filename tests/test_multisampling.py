@@ -125,3 +125,21 @@ def test_who_does_not_multisample_has_passes() -> None:
         assert not plan.is_multisampled
         assert plan.sky_each
         assert plan.passes == plan.samples
+
+
+def test_drivers_in_software_have_passes_for_small_triangles() -> None:
+    """Tori, meshes, and balls that something cuts; a ball alone is one disc. GPUs have one pass for all."""
+    mirror = gb.Material(metallic=1, roughness=0)
+    torus, cut = gb.Surface(gb.Torus(), material=mirror), gb.Surface(gb.Cube(), material=mirror)
+    plain, one = ball(), Quality("balanced")
+    software = replace(ABLE, is_software=True)
+    for surfaces, many in (
+        (plain.surfaces, False),
+        ([cut], False),
+        ([torus], True),
+        ([cut, torus], True),
+        ([*plain.surfaces, cut], True),
+    ):
+        scene = replace(plain, surfaces=surfaces)
+        assert make_plan(scene, one, SIZE, Contents(), software).is_multisampled is not many
+        assert make_plan(scene, one, SIZE, Contents(), replace(ABLE, is_software=False)).is_multisampled

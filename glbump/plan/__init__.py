@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from glbump.plan.choices import (
 from glbump.plan.environments import brightest, environment_plan, parallax, sky_needs_each
 from glbump.plan.room import require_memory
 from glbump.plan.seen import FAR_OVER_NEAR, Seen, look
-from glbump.plan.surfaces import apart, require_drawable, require_uv, surface_plan, world_bounds
+from glbump.plan.surfaces import apart, has_small_triangles, require_drawable, require_uv, surface_plan, world_bounds
 from glbump.quality import Quality
 from glbump.scene import Scene
 
@@ -53,7 +53,8 @@ def make_plan(
     note = draft.note
     require_outside(scene)
     frame_format = _frame_format(draft)
-    multisampled = _is_multisampled(draft, frame_format)
+    alone = [bool(is_apart) for is_apart in apart(boxes)]
+    multisampled = _is_multisampled(draft, frame_format, alone)
     environments = tuple(environment_plan(draft, i, e) for i, e in enumerate(scene.environments))
     require_memory(draft, environments)
     for i, surface in enumerate(scene.surfaces):
@@ -65,8 +66,8 @@ def make_plan(
     defines = [(*e.defines, *drawn) for e in environments]
     number = [scene.environments.index(scene.environment_of(s)) for s in scene.surfaces]
     surfaces = tuple(
-        surface_plan(draft, i, (number[i], defines[number[i]]), environments[number[i]].suns, bool(alone))
-        for i, alone in enumerate(apart(boxes))
+        surface_plan(draft, i, (number[i], defines[number[i]]), environments[number[i]].suns, is_apart)
+        for i, is_apart in enumerate(alone)
     )
     for i, how in enumerate(surfaces):
         require_drawable(i, scene, how.layers, contents, draft.capabilities.max_texture_size)
@@ -129,17 +130,21 @@ def _boxes(scene: Scene, contents: Contents) -> npt.NDArray[np.float64]:
     return np.array([world_bounds(surface, contents) for surface in scene.surfaces]).reshape(-1, 2, 3)
 
 
-def _is_multisampled(draft: Draft, frame_format: str) -> bool:
-    """Whether one pass has all samples of each pixel."""
+def _is_multisampled(draft: Draft, frame_format: str, alone: Sequence[bool]) -> bool:
+    """Whether one pass has all samples of each pixel. alone: the surfaces whose boxes meet no other's."""
     samples, (width, height) = draft.quality.samples, draft.size
     why = f"{samples} a pixel, as quality {draft.quality.preset} has it"
-    size = width * height * samples * (_BYTES[frame_format] + 4)
-    # Where drivers put more than four is theirs to choose.
-    one = samples == 4 <= draft.capabilities.multisamples and size <= MOST_MULTISAMPLED
     if draft.show is not None:
         draft.note("samples", 1, f"{draft.show} is of one sample, in the middle of each pixel; {why}, small as those")
         return False
-    draft.note("samples", samples, why + ("" if samples == 1 else ", in one pass" if one else ", a pass for each"))
+    size = width * height * samples * (_BYTES[frame_format] + 4)
+    # Where drivers put more than four is theirs to choose.
+    one = samples == 4 <= draft.capabilities.multisamples and size <= MOST_MULTISAMPLED
+    each = ", a pass for each"
+    if one and draft.capabilities.is_software and any(has_small_triangles(draft, i, a) for i, a in enumerate(alone)):
+        # Of 4x4 pixels that a triangle touches, Mesa's llvmpipe (22.3) shades all samples, covered or not.
+        one, each = False, f"{each}: this driver shades small triangles sooner so"
+    draft.note("samples", samples, why + ("" if samples == 1 else ", in one pass" if one else each))
     return one
 
 

@@ -88,6 +88,18 @@ def _require_drawable(index: int, surface: Surface, layer: Layer, contents: Cont
             )
 
 
+def is_outline(draft: Draft, index: int, apart: bool) -> bool:
+    """Whether surface `index` is a ball that is drawn as the disc of its outline: nothing comes near to cut it, and the
+    eye is outside. apart: whether its box meets no other's."""
+    return apart and isinstance(draft.scene.surfaces[index].shape, Sphere) and not draft.seen.surfaces[index].inside
+
+
+def has_small_triangles(draft: Draft, index: int, apart: bool) -> bool:
+    """Whether surface `index` is drawn as many small triangles."""
+    shape = draft.scene.surfaces[index].shape
+    return not isinstance(shape, Cube | Plane | Quad) and not is_outline(draft, index, apart)
+
+
 def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], suns: int, apart: bool) -> SurfacePlan:
     """How surface `index` is drawn. environment: the number and the defines of what it mirrors; suns: how many of its
     are shaded apart; apart: whether the surface's box meets no other's."""
@@ -96,7 +108,7 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], sun
     shape = surface.shape
     inside, near, segments = draft.seen.surfaces[index]
     closed = isinstance(shape, Sphere | Torus | Cube) and not inside
-    outline = isinstance(shape, Sphere) and closed and apart
+    outline = is_outline(draft, index, apart)
     if isinstance(shape, Sphere | Torus):
         value = f"disc of {segments} sides" if outline else f"{segments} segments"
         why = f"outline within {draft.quality.silhouette:g} pixels"
