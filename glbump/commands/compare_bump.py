@@ -14,6 +14,7 @@ from glbump.commands.options import (
     json_option,
     print_json,
     quality_option,
+    scene_options,
     size_option,
 )
 from glbump.progress import progress
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("scene", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="DIR", help="Where the pictures go; else none."
 )
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 @size_option
 @quality_option
 @backend_option
-@click.option("--set", "settings", multiple=True, metavar="A.B=V", help="Change a value of the scene (TOML).")
+@scene_options
 @json_option
 @common
 def compare_bump(

@@ -7,18 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from glbump.commands.options import Session, checked, common, json_option, print_json
+from glbump.commands.options import Session, common, json_option, print_json, word
 from glbump.progress import progress
 
 if TYPE_CHECKING:
     from glbump.maps.lint import Report
-
-
-def _use(word: str) -> str:
-    from glbump.maps.lint import USES
-    from glbump.validate import choice
-
-    return choice("use of a picture", word, USES)
 
 
 def _texture_side() -> int:
@@ -41,7 +34,7 @@ def _texture_side() -> int:
     "--as",
     "use",
     metavar="USE",
-    callback=checked(_use),
+    callback=word("use of a picture", "glbump.maps.lint", "USES"),
     help="environment, height, normal-map or colour; without it found out by header, name and content.",
 )
 @json_option

@@ -95,13 +95,6 @@ def _quality(word: str) -> str | Quality:
     return Quality(word).preset
 
 
-def _tone(word: str) -> str:
-    from glbump.maps.images import TONES
-    from glbump.validate import choice
-
-    return choice("tone", word, TONES)
-
-
 def _plain(value: Any) -> Any:
     """`value` as JSON has it: plain numbers, and null for what is not finite."""
     import math
@@ -129,6 +122,13 @@ def sized(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """--size of a picture."""
     says = f"Pixels; default {default}."
     return click.option("--size", default=default, metavar="WxH", callback=checked(_size), help=says)
+
+
+def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """SCENE and --set: a scene file, and what is changed of it."""
+    says = "Change a value of the scene (TOML)."
+    command = click.option("--set", "settings", multiple=True, metavar="A.B=V", help=says)(command)
+    return click.argument("scene", type=click.Path(path_type=Path))(command)
 
 
 def read_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -171,7 +171,7 @@ tone_option = click.option(
     "--tone",
     default="clip",
     metavar="T",
-    callback=checked(_tone),
+    callback=word("tone", "glbump.maps.images", "TONES"),
     help="Tone curve of PNG and JPEG: clip (default), reinhard or filmic.",
 )
 exposure_option = click.option(

@@ -16,6 +16,7 @@ from glbump.commands.options import (
     json_option,
     print_json,
     quality_option,
+    scene_options,
     size_option,
     tone_option,
 )
@@ -53,12 +54,11 @@ def _explained(frame: Frame, facts: dict[str, Any] | None) -> Iterator[str]:
 
 
 @click.command()
-@click.argument("scene", type=click.Path(path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=".png .jpg .exr .hdr .tif")
 @size_option
 @quality_option
 @backend_option
-@click.option("--set", "settings", multiple=True, metavar="A.B=V", help="Change a value of the scene (TOML).")
+@scene_options
 @tone_option
 @exposure_option
 @click.option("--reference", is_flag=True, help="Ray-cast in float64 NumPy, without OpenGL: slow and exact.")

@@ -14,6 +14,7 @@ from glbump.commands.options import (
     json_option,
     print_json,
     quality_of_word,
+    scene_options,
     sized,
     word,
 )
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("scene", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Where all of it goes."
 )
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     help="The error that the front is of; default rmse.",
 )
 @backend_option
-@click.option("--set", "settings", multiple=True, metavar="A.B=V", help="Change a value of the scene (TOML).")
+@scene_options
 @json_option
 @common
 def trade(

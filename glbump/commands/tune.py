@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from glbump.commands.options import Session, backend_option, checked, common, json_option, print_json, size_option, word
+from glbump.commands.options import (
+    Session,
+    backend_option,
+    checked,
+    common,
+    json_option,
+    print_json,
+    scene_options,
+    size_option,
+    word,
+)
 
 if TYPE_CHECKING:
     from glbump.trade.tune import Tuned
@@ -23,7 +33,6 @@ def _share(text: str) -> float:
 
 
 @click.command()
-@click.argument("scene", type=click.Path(path_type=Path))
 @click.option("--max-error", metavar="E", callback=checked(_share), help="As 0.5/255: the cheapest that is as near.")
 @click.option("--max-ms", type=float, metavar="T", help="Milliseconds a frame: the nearest that is as fast.")
 @click.option(
@@ -36,7 +45,7 @@ def _share(text: str) -> float:
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="The quality file to write.")
 @size_option
 @backend_option
-@click.option("--set", "settings", multiple=True, metavar="A.B=V", help="Change a value of the scene (TOML).")
+@scene_options
 @json_option
 @common
 def tune(
