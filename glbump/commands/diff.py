@@ -6,20 +6,9 @@ from pathlib import Path
 
 import click
 
-from glbump.commands.options import Session, checked, common, json_option, print_json
+from glbump.commands.options import Session, common, error_of_word, json_option, print_json
 from glbump.errors import GlbumpError
 from glbump.progress import progress
-
-
-def _error(text: str) -> float:
-    top, slash, bottom = text.partition("/")
-    try:
-        value = float(top) / (float(bottom) if slash else 1)
-    except ValueError:
-        raise ValueError(f"an error is a number or a fraction, as 0.01 or 2/255; got {text!r}") from None
-    if not 0 <= value <= 1:
-        raise ValueError(f"an error lies within 0 and 1, of display white; got {text!r}")
-    return value
 
 
 @click.command()
@@ -28,7 +17,7 @@ def _error(text: str) -> float:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="A picture of the difference.")
 @click.option("--gain", type=float, default=8.0, metavar="G", help="How much -o magnifies; default 8.")
 @click.option(
-    "--max", "most", metavar="E", callback=checked(_error), help="Fail where a pixel differs by more, as 2/255."
+    "--max", "most", metavar="E", callback=error_of_word, help="Fail where a pixel differs by more, as 2/255."
 )
 @json_option
 @common

@@ -84,6 +84,18 @@ def _size(text: str) -> tuple[int, int]:
         raise ValueError(f"a size is WIDTHxHEIGHT in pixels, as 512x512; got {text!r}") from None
 
 
+def _error(text: str) -> float:
+    """0.002, or 0.5/255: of display white."""
+    top, slash, bottom = text.partition("/")
+    try:
+        value = float(top) / (float(bottom) if slash else 1)
+    except ValueError:
+        raise ValueError(f"an error is a number or a fraction, as 0.01 or 2/255; got {text!r}") from None
+    if not 0 <= value <= 1:
+        raise ValueError(f"an error lies within 0 and 1, of display white; got {text!r}")
+    return value
+
+
 def _quality(word: str) -> str | Quality:
     """A preset's name, or what a quality file says."""
     if word.endswith(".toml"):
@@ -155,6 +167,7 @@ def read_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+error_of_word = checked(_error)
 size_option = sized("512x512")
 quality_of_word = checked(_quality)
 quality_option = click.option(

@@ -10,8 +10,8 @@ import click
 from glbump.commands.options import (
     Session,
     backend_option,
-    checked,
     common,
+    error_of_word,
     json_option,
     print_json,
     scene_options,
@@ -23,17 +23,8 @@ if TYPE_CHECKING:
     from glbump.trade.tune import Tuned
 
 
-def _share(text: str) -> float:
-    """0.002, or 0.5/255."""
-    number, slash, of = text.partition("/")
-    try:
-        return float(number) / (float(of) if slash else 1.0)
-    except ValueError:
-        raise ValueError(f"an error is a share of display white, as 0.002 or 0.5/255; got {text!r}") from None
-
-
 @click.command()
-@click.option("--max-error", metavar="E", callback=checked(_share), help="As 0.5/255: the cheapest that is as near.")
+@click.option("--max-error", metavar="E", callback=error_of_word, help="As 0.5/255: the cheapest that is as near.")
 @click.option("--max-ms", type=float, metavar="T", help="Milliseconds a frame: the nearest that is as fast.")
 @click.option(
     "--metric",
