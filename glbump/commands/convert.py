@@ -13,6 +13,7 @@ from glbump.progress import progress
 
 if TYPE_CHECKING:
     from glbump.maps.convert import Filter, Ledger
+    from glbump.maps.layout import Layout
 
 
 def _positive(value: float) -> float:
@@ -92,17 +93,9 @@ def convert(
     faces writes NAME_px, _nx, _py, _ny, _pz and _nz. What was detected and assumed is said on standard error.
     """
     from glbump.maps import conversion
-    from glbump.maps.containers import TEXTURE_SUFFIXES
     from glbump.maps.convert import ledger
 
-    if projection is not None and to != "hemisphere":
-        raise click.UsageError("--projection is of --to hemisphere")
-    is_texture = output.suffix.lower() in TEXTURE_SUFFIXES
-    if levels is not None and not is_texture:
-        raise click.UsageError(f"--levels and --no-levels are of {' and '.join(TEXTURE_SUFFIXES)}")
-    layout = conversion.target_layout(to, projection or "equal-area")
-    if to_orientation != "auto" and (is_texture or layout.name not in ("cube", "hemicube")):
-        raise click.UsageError("--to-orientation is of cubes in pictures")
+    layout = _target(output, to, to_orientation, projection, levels)
     inputs = conversion.input_files(files)
     conversion.check_written(output, to, layout, inputs)
     with progress("converting", shown=not session.quiet):
@@ -137,6 +130,22 @@ def convert(
         _print_ledger(session, account)
     for note in notes:
         session.note(note)
+
+
+def _target(output: Path, to: str, orientation: str, projection: str | None, levels: bool | None) -> Layout:
+    """The layout that is written; UsageError for options that say nothing of it."""
+    from glbump.maps.containers import TEXTURE_SUFFIXES
+    from glbump.maps.conversion import target_layout
+
+    if projection is not None and to != "hemisphere":
+        raise click.UsageError("--projection is of --to hemisphere")
+    is_texture = output.suffix.lower() in TEXTURE_SUFFIXES
+    if levels is not None and not is_texture:
+        raise click.UsageError(f"--levels and --no-levels are of {' and '.join(TEXTURE_SUFFIXES)}")
+    layout = target_layout(to, projection or "equal-area")
+    if orientation != "auto" and (is_texture or layout.name not in ("cube", "hemicube")):
+        raise click.UsageError("--to-orientation is of cubes in pictures")
+    return layout
 
 
 def _print_ledger(session: Session, account: Ledger) -> None:

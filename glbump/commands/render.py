@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,18 +26,6 @@ from glbump.shown import SHOWN
 if TYPE_CHECKING:
     from glbump.frame import Frame
     from glbump.quality import Quality
-    from glbump.scene import Scene
-
-
-def _render(session: Session, call: Callable[[], Frame], label: str) -> Frame:
-    with progress(label, shown=not session.quiet):
-        return call()
-
-
-def _facts(directory: Path, scene: Scene) -> dict[str, Any]:
-    from glbump.trade.report import read_facts
-
-    return read_facts(directory, scene)
 
 
 def _explained(frame: Frame, facts: dict[str, Any] | None) -> Iterator[str]:
@@ -112,22 +100,20 @@ def render(
     size = check_size(size)
     content = set_from_text(load_scene(scene), *settings)
     check_target(output, tone=tone, exposure=exposure, inputs=files_of(content))
-    facts = _facts(measured, content) if measured is not None else None
+    facts = None
+    if measured is not None:
+        from glbump.trade.report import read_facts
 
-    if reference:
-        from glbump.reference import render as render_reference
+        facts = read_facts(measured, content)
+    with progress("casting rays" if reference else "drawing", shown=not session.quiet):
+        if reference:
+            from glbump.reference import render as render_reference
 
-        frame = _render(
-            session, lambda: render_reference(content, size=size, samples=samples or 16, show=show), "casting rays"
-        )
-    else:
-        from glbump.gl.renderer import render as render_gl
+            frame = render_reference(content, size=size, samples=samples or 16, show=show)
+        else:
+            from glbump.gl.renderer import render as render_gl
 
-        frame = _render(
-            session,
-            lambda: render_gl(content, size=size, quality=quality, backend=backend or "auto", show=show),
-            "drawing",
-        )
+            frame = render_gl(content, size=size, quality=quality, backend=backend or "auto", show=show)
     frame.save(output, tone=tone, exposure=exposure)
     if as_json:
         # What the reference says of each pixel is not for people to read.
