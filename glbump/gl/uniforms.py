@@ -24,7 +24,7 @@ from glbump.plan.choices import BY_PIXEL, DIFFUSES, GENERAL, MESH
 from glbump.reference.lobe import sample_number
 from glbump.reference.reflect import f0_from_ior
 from glbump.relief import LEVEL_WIDTH, Layer
-from glbump.scene import MOST_BUMPS, Bump, Scene, Surface
+from glbump.scene import MOST_BUMPS, Bump, Material, Scene, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F64 = npt.NDArray[np.float64]
@@ -216,41 +216,62 @@ def surface_uniforms(scene: Scene, plan: Plan, index: int, contents: Contents) -
     if how.has("PARALLAX"):
         values |= room_uniforms(environment.environment, matrix[:3, :3], matrix[:3, 3])
     if how.layers:
-        bumps = [layer.bump for layer in how.layers]
-        # The u,v of a mesh are counted in repeats already.
-        per_mesh = mesh_repeat(how)
-        counted = [np.full(2, unit) if layer.is_triplanar else np.divide(1, per_mesh) for layer in how.layers]
-        values["repeat"] = _of_layers([bump.map_repeat * per for bump, per in zip(bumps, counted)])
-        values["slope_scale"] = _of_layers([_slope_scale(layer, unit, world_unit) for layer in how.layers])
-        for axis, name in enumerate(("origin_u", "origin_v")):
-            values[name] = _of_layers([_origin_in_repeats(layer, axis, origin) for layer in how.layers])
-        values["height_scale"] = _of_layers([getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps])
-        values["code_range"] = _of_layers([code_range(layer.most(contents)) for layer in how.layers])
-        values["spread_scale"] = _of_layers(
-            [_spread_scale(scale, layer, contents) for scale, layer in zip(values["slope_scale"], how.layers)]
-        )
+        values |= _layer_uniforms(how, contents, origin, unit, world_unit)
         values["bump_footprint"] = plan.footprint * LEVEL_WIDTH
-    material = surface.material
+    values |= _material_uniforms(surface.material) | _light_uniforms(how, environment, contents)
+    return values | {"lobe_samples": plan.lobe_samples, "pixel_samples": plan.samples}
+
+
+def _layer_uniforms(
+    how: SurfacePlan, contents: Contents, origin: F64, unit: float, world_unit: float
+) -> dict[str, Any]:
+    """Of bump_input.glsl. origin, unit: of the surface's coordinates; world_unit: its unit in the world's."""
+    bumps = [layer.bump for layer in how.layers]
+    # The u,v of a mesh are counted in repeats already.
+    per_mesh = mesh_repeat(how)
+    counted = [np.full(2, unit) if layer.is_triplanar else np.divide(1, per_mesh) for layer in how.layers]
+    slope_scale = [_slope_scale(layer, unit, world_unit) for layer in how.layers]
+    values: dict[str, Sequence[npt.ArrayLike]] = {
+        "repeat": [bump.map_repeat * per for bump, per in zip(bumps, counted)],
+        "slope_scale": slope_scale,
+        "height_scale": [getattr(bump, "amplitude", 0.0) / world_unit for bump in bumps],
+        "code_range": [code_range(layer.most(contents)) for layer in how.layers],
+        "spread_scale": [_spread_scale(s, layer, contents) for s, layer in zip(slope_scale, how.layers)],
+    }
+    for axis, name in enumerate(("origin_u", "origin_v")):
+        values[name] = [_origin_in_repeats(layer, axis, origin) for layer in how.layers]
+    return {name: _of_layers(rows) for name, rows in values.items()}
+
+
+def _material_uniforms(material: Material) -> dict[str, Any]:
+    """What a material makes of light: mirrored, scattered and let through."""
     f0 = f0_from_ior(material.ior)
-    color = np.array(material.base_color)
-    values["f0"] = tuple((1 - material.metallic) * f0 + material.metallic * color)
-    values["dielectric_f0"] = (float(f0),) * 3
-    through = material.transmission
-    values["diffuse_color"] = tuple((1 - material.metallic) * (1 - through) * color)
-    values["transmitted_color"] = tuple((1 - material.metallic) * through * color)
-    values |= {"base_color": material.base_color, "metallic": material.metallic, "ior": material.ior}
-    stored = 2.0**environment.pre_exposure
+    color, opaque, through = np.array(material.base_color), 1 - material.metallic, material.transmission
+    return {
+        "f0": tuple(opaque * f0 + material.metallic * color),
+        "dielectric_f0": (float(f0),) * 3,
+        "diffuse_color": tuple(opaque * (1 - through) * color),
+        "transmitted_color": tuple(opaque * through * color),
+        "base_color": material.base_color,
+        "metallic": material.metallic,
+        "ior": material.ior,
+        "roughness": material.roughness,
+    }
+
+
+def _light_uniforms(how: SurfacePlan, plan: EnvironmentPlan, contents: Contents) -> dict[str, Any]:
+    """Of what is made of an environment for a surface: irradiance, suns and the roughness chain."""
+    values: dict[str, Any] = {}
+    stored = 2.0**plan.pre_exposure
     if how.has("DIFFUSE") == DIFFUSES["sh9"]:
-        values["sh"] = contents.irradiance(environment.environment, apart=environment.suns > 0) / stored
+        values["sh"] = contents.irradiance(plan.environment, apart=plan.suns > 0) / stored
     if how.has("SUNS"):
-        suns = contents.parted(environment.environment).suns
+        suns = contents.parted(plan.environment).suns
         values["sun_dir"] = np.array([sun.direction for sun in suns])
         values["sun_irradiance"] = np.array([sun.irradiance for sun in suns]) / stored
         values["sun_radius"] = np.array([sun.radius for sun in suns])
-    values["roughness"] = material.roughness
-    if environment.gloss is not None:
-        values["last_gloss_level"] = environment.gloss.last_level
-    values |= {"lobe_samples": plan.lobe_samples, "pixel_samples": plan.samples}
+    if plan.gloss is not None:
+        values["last_gloss_level"] = plan.gloss.last_level
     return values
 
 
