@@ -80,16 +80,17 @@ def study(folder: Path, quick: bool = False) -> Section:
     names, of = list(settings), {name: i for i, name in enumerate(settings)}
     error, cost = np.median(errors, axis=0), np.median(times, axis=0)
     best = set(front(list(zip(cost.tolist(), error.tolist()))))
-    points = [
-        Point(name, "preset" if name in PRESETS else name.split(",")[0], float(cost[i]), float(error[i]), i in best)
-        for i, name in enumerate(names)
-    ]
-    svg = front_svg(points, "times the time of balanced, median scene", "RMSE, /255, median scene")
-    write_atomically(folder / "presets.svg", svg.encode())
+    _plot(folder / "presets.svg", names, cost, error, best)
     fast, balanced, exact = (of[name] for name in ("fast", "balanced", "exact"))
     slower = float(np.median(times[:, exact] / times[:, balanced]))
     share = float(np.median(errors[:, balanced] / np.maximum(errors[:, fast], 1e-9)))
     ordered = [float(np.mean((a[:, [fast, balanced]] < a[:, [balanced, exact]]).all(axis=1))) for a in (times, -errors)]
+
+    presets = [(name, settings[name]) for name in PRESETS]
+
+    def spreads(i: int) -> list[str]:
+        return [str(spread(figures[:, i].tolist())) for figures in (errors, times)]
+
     return Section(
         "Presets, and what lies round them",
         f"{len(contents)} scenes at {size[0]}x{size[1]}: those of the accuracy benchmark, and scenes by chance "
@@ -102,29 +103,11 @@ def study(folder: Path, quick: bool = False) -> Section:
         (
             Table(
                 ("preset", "RMSE, /255", "time", "samples a pixel", "levels", "rough surfaces"),
-                [
-                    [
-                        f"`{name}`",
-                        str(spread(errors[:, of[name]].tolist())),
-                        str(spread(times[:, of[name]].tolist())),
-                        settings[name].samples,
-                        settings[name].environment_filter,
-                        settings[name].gloss,
-                    ]
-                    for name in PRESETS
-                ],
+                [[f"`{p}`", *spreads(of[p]), q.samples, q.environment_filter, q.gloss] for p, q in presets],
             ),
             Table(
                 ("setting", "RMSE, /255", "time", "on the front"),
-                [
-                    [
-                        names[i],
-                        str(spread(errors[:, i].tolist())),
-                        str(spread(times[:, i].tolist())),
-                        "yes" if i in best else "",
-                    ]
-                    for i in np.argsort(cost)
-                ],
+                [[names[i], *spreads(i), "yes" if i in best else ""] for i in np.argsort(cost)],
             ),
             Table(
                 ("scene", *(f"{name}, {what}" for what in ("RMSE, /255", "time") for name in PRESETS)),
@@ -136,6 +119,15 @@ def study(folder: Path, quick: bool = False) -> Section:
             Target.at_most("`balanced` over `fast`, error", share, NEARER, " times"),
         ),
     )
+
+
+def _plot(file: Path, names: list[str], cost: F64, error: F64, best: set[int]) -> None:
+    points = [
+        Point(name, "preset" if name in PRESETS else name.split(",")[0], float(cost[i]), float(error[i]), i in best)
+        for i, name in enumerate(names)
+    ]
+    svg = front_svg(points, "times the time of balanced, median scene", "RMSE, /255, median scene")
+    write_atomically(file, svg.encode())
 
 
 def _of_scene(name: str, errors: F64, times: F64, presets: list[int]) -> list[Cell]:
