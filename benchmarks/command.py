@@ -30,6 +30,7 @@ SECTIONS = (
     "gloss",
     "conversion",
     "promise",
+    "tuning",
     "model",
     "window",
 )

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table
 from benchmarks.noted import deviation, largest
+from glbump.maps.angles import degrees_between
 from glbump.maps.bspline import coefficients
 from glbump.maps.gradients import KERNELS, Kernel, derivative, differences
 from glbump.reference import bump
@@ -183,10 +184,6 @@ def normals(slopes: F64) -> F64:
     return n / np.linalg.norm(n, axis=-1, keepdims=True)
 
 
-def degrees(a: F64, b: F64) -> F64:
-    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
-
-
 def _random_places(draws: int, count: int) -> tuple[Table, list[float]]:
     errors: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for texels in (32, 8, 4):
@@ -197,7 +194,7 @@ def _random_places(draws: int, count: int) -> tuple[Table, list[float]]:
             at = np.random.default_rng(100 + seed).uniform(size=(count, 2))
             wanted = normals(waves.at(at)[1] / waves.size)
             for name, (method, _) in METHODS.items():
-                off = degrees(normals(method(h, exact, at) / waves.size), wanted)
+                off = degrees_between(normals(method(h, exact, at) / waves.size), wanted)
                 errors.setdefault((name, texels), []).append((float(np.sqrt((off**2).mean())), float(off.max())))
     rows: list[list[Cell]] = []
     away = []
@@ -266,7 +263,10 @@ def _screen(size: int, k: int) -> dict[str, float]:
     ):
         rise = np.stack([difference(x[..., 3:]), difference(y[..., 3:])], axis=-1)
         gradients[name] = bump.surface_gradient(p, x[..., :3], y[..., :3], rise)
-    return {name: float(np.sqrt((degrees(bump.bump_normal(p, g), truth) ** 2).mean())) for name, g in gradients.items()}
+    return {
+        name: float(np.sqrt((degrees_between(bump.bump_normal(p, g), truth) ** 2).mean()))
+        for name, g in gradients.items()
+    }
 
 
 def _quad_differences(a: F64) -> tuple[F64, F64]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table
 from benchmarks.noted import deviation, largest
+from glbump.maps.angles import degrees_between
 from glbump.maps.encodings import ENCODINGS
 
 F64 = npt.NDArray[np.float64]
@@ -66,10 +67,6 @@ def _directions(count: int, reach: int) -> F64:
     return np.stack([across * np.cos(turn), across * np.sin(turn), z], axis=-1)
 
 
-def _degrees(a: F64, b: F64) -> F64:
-    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
-
-
 def there_and_back(name: str) -> tuple[Through, int]:
     """What is read of normals (N, 3), and the bytes of one."""
     if name in _OTHERS:
@@ -81,7 +78,9 @@ def there_and_back(name: str) -> tuple[Through, int]:
 def errors(name: str, reach: int, count: int) -> tuple[float, float]:
     """Mean and largest degrees over so many chance directions."""
     through, _ = there_and_back(name)
-    off = np.concatenate([_degrees(through(part), part) for part in np.array_split(_directions(count, reach), 8)])
+    off = np.concatenate(
+        [degrees_between(through(part), part) for part in np.array_split(_directions(count, reach), 8)]
+    )
     return float(off.mean()), float(off.max())
 
 
@@ -99,7 +98,7 @@ def measure(quick: bool = False) -> Section:
             off.append(apart)
         shown = [float(f) for f in noted] if noted else [None, None]
         rows.append([name, size, reach, ours[0], shown[0], ours[1], shown[1], apart, promised])
-    flat = float(_degrees(_customary(np.array([[0.0, 0.0, 1.0]])), np.array([[0.0, 0.0, 1.0]]))[0])
+    flat = float(degrees_between(_customary(np.array([[0.0, 0.0, 1.0]])), np.array([[0.0, 0.0, 1.0]]))[0])
     return Section(
         "Normals as they are stored",
         "`python -m benchmarks normal_formats`: the angle in degrees between a normal and what is read of it, over "

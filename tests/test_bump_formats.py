@@ -13,6 +13,7 @@ from glbump import reference
 from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.gl.renderer import Renderer
+from glbump.maps.angles import degrees_between
 from glbump.maps.bump_formats import BUMP_FORMATS
 from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import Quality
@@ -42,10 +43,6 @@ def normals(frame: Any) -> Any:
     return n / np.linalg.norm(n, axis=-1, keepdims=True)
 
 
-def angle(a: Any, b: Any) -> Any:
-    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
-
-
 def look(renderer: Renderer, scene: Scene, name: str, how: str = "exact") -> tuple[Any, Any, str]:
     """Normals as the GPU draws them, and as the reference does, of a format; and what the plan says of it."""
     quality = Quality(how, samples=1, bump_format=name)
@@ -69,11 +66,11 @@ def test_it_costs_what_the_plan_says(renderer: Renderer, name: str, what: str) -
     truth = normals(reference.render(flat, (SIZE, SIZE), 1))
     got, twin, said = look(renderer, flat, name)
     mean, worst = told(said)
-    off = angle(got, truth)
+    off = degrees_between(got, truth)
     # 2e-4: 32-bit floats, and the compass's own.
     assert off.max() < min(worst * 1.01 + 2e-4, worst + FLOAT_ANGLE)
     assert mean is None or off.mean() < 1.3 * mean + 1e-4
-    assert angle(got, twin).max() < 2e-4
+    assert degrees_between(got, twin).max() < 2e-4
     # The error is the format's: it is there.
     assert off.max() > worst / 6 or worst < 1e-3
     ball = Scene([Surface(Sphere(), MIRROR, BUMPS[what])], NORMAL, BALL)
@@ -81,8 +78,8 @@ def test_it_costs_what_the_plan_says(renderer: Renderer, name: str, what: str) -
     rounds = 3 if " 8 bits" in said else 1
     _, worst = told(said)
     # 2e-3: between texels components of normals are averaged, not slopes: the square of their steps of 2 degrees.
-    assert angle(got, normals(reference.render(ball, (SIZE, SIZE), 1))).max() < 1.1 * rounds * worst + 2e-3
-    assert angle(got, twin).max() < (rounds * worst if rounds > 1 else 3e-4)
+    assert degrees_between(got, normals(reference.render(ball, (SIZE, SIZE), 1))).max() < 1.1 * rounds * worst + 2e-3
+    assert degrees_between(got, twin).max() < (rounds * worst if rounds > 1 else 3e-4)
 
 
 def test_names_are_those_of_the_quality() -> None:
@@ -109,8 +106,8 @@ def test_heights_go_beside_slopes_in_codes(renderer: Renderer) -> None:
         full = Quality("exact", samples=1, bump_format=name, bump_terms="full")
         want = normals(reference.render(ball, (SIZE, SIZE), 1, quality=Quality("exact", bump_terms="full")))
         small = normals(reference.render(ball, (SIZE, SIZE), 1, quality=Quality("exact", bump_terms="small")))
-        assert angle(normals(renderer.render(ball, (SIZE, SIZE), full)), want).max() < limit
-        assert angle(small, want).max() > 1
+        assert degrees_between(normals(renderer.render(ball, (SIZE, SIZE), full)), want).max() < limit
+        assert degrees_between(small, want).max() > 1
 
 
 def test_levels_are_of_slopes(renderer: Renderer) -> None:
@@ -122,14 +119,14 @@ def test_levels_are_of_slopes(renderer: Renderer) -> None:
     for name, kind in BUMP_FORMATS.items():
         got, twin, said = look(renderer, scene, name, "balanced")
         # Half of the pixels, so that a step of 8 bits counts.
-        off = float(np.median(angle(got, mean)))
+        off = float(np.median(degrees_between(got, mean)))
         if kind.is_filtered:
             assert off < 1.0, name
         else:
             assert off > 3.0, name
             assert "level 0" in said
         # Of halves a frame is good to 0.05 degrees; of 8 bits texels are, to what the plan says.
-        assert np.median(angle(got, twin)) < 0.1 + (3 * told(said)[1] if kind.bits == 8 else 0)
+        assert np.median(degrees_between(got, twin)) < 0.1 + (3 * told(said)[1] if kind.bits == 8 else 0)
 
 
 def test_what_does_not_fit_is_said(renderer: Renderer) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from glbump.maps.angles import degrees_between
 from glbump.reference import bump, mapping
 
 F64 = npt.NDArray[np.float64]
@@ -27,12 +28,6 @@ def _torus(rows: int = 40) -> tuple[F64, ...]:
     nu = np.stack([cv * cu, zero, -cv * su], axis=-1)
     nv = np.stack([-sv * su, cv, -sv * cu], axis=-1)
     return u, v, n, pu, pv, nu, nv
-
-
-def _angle(a: F64, b: F64) -> F64:
-    """Degrees; 2 atan2(|a - b|, |a + b|) has no noise floor."""
-    norm = np.linalg.norm
-    return np.degrees(2 * np.arctan2(norm(a - b, axis=-1), norm(a + b, axis=-1)))
 
 
 def _waves(u: F64, v: F64) -> tuple[F64, F64]:
@@ -77,7 +72,7 @@ def _errors(form: Callable[..., F64]) -> F64:
     """Mean and worst angle to the normal of the displaced surface, for each amplitude."""
     u, v, *frame = _torus()
     height, slope = _waves(u, v)
-    angles = [_angle(form(*frame, a * height, a * slope), _displaced(u, v, a)) for a in AMPLITUDES]
+    angles = [degrees_between(form(*frame, a * height, a * slope), _displaced(u, v, a)) for a in AMPLITUDES]
     return np.array([(angle.mean(), angle.max()) for angle in angles])
 
 
@@ -114,20 +109,20 @@ def test_surface_gradient_is_blinns_small_b_form() -> None:
     slope = 0.3 * np.stack([np.sin(3 * u), np.cos(2 * v)], axis=-1)
     blinn = np.cross(pu, pv) + slope[:, :1] * np.cross(n, pv) + slope[:, 1:] * np.cross(pu, n)
     blinn /= np.linalg.norm(blinn, axis=-1, keepdims=True)
-    assert _angle(bump.bump_normal(n, bump.surface_gradient(n, pu, pv, slope)), blinn).max() < 1e-12
+    assert degrees_between(bump.bump_normal(n, bump.surface_gradient(n, pu, pv, slope)), blinn).max() < 1e-12
 
 
 def test_a_flat_map_leaves_every_normal_as_it_was() -> None:
     # But for the last bit of its length.
     _, _, n, pu, pv, *_ = _torus()
-    assert _angle(bump.bump_normal(n, bump.surface_gradient(n, pu, pv, np.zeros(2))), n).max() < 1e-13
+    assert degrees_between(bump.bump_normal(n, bump.surface_gradient(n, pu, pv, np.zeros(2))), n).max() < 1e-13
 
 
 @pytest.mark.parametrize("tilt", [1e-6, 0.1, 1.0, 40.0])
 def test_a_slope_tilts_by_its_arc_tangent(tilt: float) -> None:
     # Along u, which is 3 world units long: a height that rises by 3 tilt per u climbs with slope `tilt`.
     n = bump.bump_normal((0, 0, 1), bump.surface_gradient((0, 0, 1), (3, 0, 0), (0, 2, 0), (3 * tilt, 0)))
-    assert _angle(n, np.array([-tilt, 0, 1]) / np.hypot(1, tilt)) < 1e-12
+    assert degrees_between(n, np.array([-tilt, 0, 1]) / np.hypot(1, tilt)) < 1e-12
 
 
 def test_orthogonal_gradient_agrees_where_it_may_be_used() -> None:
@@ -243,7 +238,7 @@ def test_the_invariant_bump_does_not_know_the_size(size: float) -> None:
     assert (np.einsum("ni,ni->n", np.cross(n, bent), np.cross(n, metric)) > 0).all()
     # The metric one flattens as the surface grows: a neighbour that this test would reject.
     larger = bump.bump_normal(n, bump.surface_gradient(n, 2 * pu, 2 * pv, slope))
-    assert _angle(larger, metric).min() > 0.1
+    assert degrees_between(larger, metric).min() > 0.1
 
 
 def test_the_invariant_bump_goes_with_mirrored_coordinates() -> None:

@@ -14,6 +14,7 @@ from glbump import displace
 from glbump.contents import Contents
 from glbump.displace import Heights, cells_for, cells_of_maps, displaced
 from glbump.errors import LimitError, SceneError
+from glbump.maps.angles import degrees_between
 from glbump.shapes import MESHES
 
 F64 = npt.NDArray[np.float64]
@@ -33,11 +34,6 @@ def arrays(surface: gb.Surface) -> tuple[F64, F64, F64, npt.NDArray[np.int64]]:
     return tuple(np.asarray(a) for a in (data.positions, data.normals, data.uv, data.triangles))  # type: ignore[return-value]
 
 
-def degrees(a: F64, b: F64) -> F64:
-    norm = np.linalg.norm
-    return np.degrees(2 * np.arctan2(norm(a - b, axis=-1), norm(a + b, axis=-1)))
-
-
 def facets(positions: F64, triangles: Any) -> F64:
     a, b, c = (positions[triangles[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
@@ -47,12 +43,12 @@ def facets(positions: F64, triangles: Any) -> F64:
 def test_an_even_height_makes_a_larger_ball_and_a_thicker_ring() -> None:
     p, n, _, _ = arrays(displaced(gb.Surface(gb.Sphere(2.0), bump=gb.Bump(EVEN, 0.5)), (40, 20)))
     assert np.linalg.norm(p, axis=1) == pytest.approx(2.25, abs=1e-12)
-    assert degrees(n, p / 2.25).max() < 1e-12
+    assert degrees_between(n, p / 2.25).max() < 1e-12
     p, n, _, _ = arrays(displaced(gb.Surface(gb.Torus(1.0, 0.3), bump=gb.Bump(EVEN, -0.2)), (40, 20)))
     ring = p[:, [0, 2]] / np.linalg.norm(p[:, [0, 2]], axis=1, keepdims=True)
     from_ring = p - np.stack([ring[:, 0], 0 * ring[:, 0], ring[:, 1]], axis=1)
     assert np.linalg.norm(from_ring, axis=1) == pytest.approx(0.2, abs=1e-12)
-    assert degrees(n, from_ring / 0.2).max() < 1e-12
+    assert degrees_between(n, from_ring / 0.2).max() < 1e-12
 
 
 def test_a_plane_becomes_its_height_map() -> None:
@@ -66,7 +62,7 @@ def test_a_plane_becomes_its_height_map() -> None:
     slope_x = 0.15 * np.cos(x) * np.cos(y) * 4 * np.pi / 4
     slope_z = -0.15 * np.sin(x) * np.sin(y) * 2 * np.pi / -2
     want = np.stack([-slope_x, np.ones_like(x), -slope_z], axis=1)
-    assert degrees(n, want / np.linalg.norm(want, axis=1, keepdims=True)).max() < 0.05
+    assert degrees_between(n, want / np.linalg.norm(want, axis=1, keepdims=True)).max() < 0.05
     assert (facets(p, triangles)[:, 1] > 0).all()
 
 
@@ -82,7 +78,7 @@ def test_normals_are_those_of_the_triangles_in_the_limit(shape: Any) -> None:
         mean = n[triangles].mean(axis=1)
         # Next to the poles the map is pinched.
         inner = (np.abs(uv[triangles][..., 1] - 0.5) < 0.4).all(axis=1)
-        angle = degrees(facets(p, triangles), mean / np.linalg.norm(mean, axis=1, keepdims=True))
+        angle = degrees_between(facets(p, triangles), mean / np.linalg.norm(mean, axis=1, keepdims=True))
         errors.append(angle[inner].max())
     assert errors[1] < 5.0
     assert errors[0] / errors[1] > 1.8  # a triangle's own normal is that of its middle to first order
@@ -99,7 +95,7 @@ def test_the_limit_is_not_that_of_another_normal(form: str) -> None:
     gradient = bumps.surface_gradient(points.n, points.dpdu, points.dpdv, slope if form == "small" else 0 * slope)
     p, _, _, triangles = arrays(displaced(surface, (200, 200)))
     mean = bumps.bump_normal(points.n, gradient)[triangles].mean(axis=1)
-    assert degrees(facets(p, triangles), mean / np.linalg.norm(mean, axis=1, keepdims=True)).max() > 8.0
+    assert degrees_between(facets(p, triangles), mean / np.linalg.norm(mean, axis=1, keepdims=True)).max() > 8.0
 
 
 TRANSFORMS = [
@@ -124,7 +120,7 @@ def test_heights_are_world_lengths_along_the_worlds_normal(transform: gb.Transfo
     # The triangles face outwards, mirrored or not, and an even height leaves the normals as they were.
     mean = n[triangles].mean(axis=1)
     assert (np.einsum("nk,nk->n", facets(p, triangles), mean) > 0).all()
-    assert degrees(n, normal).max() < 1e-9
+    assert degrees_between(n, normal).max() < 1e-9
 
 
 def test_a_cube_parts_at_its_edges_and_each_face_goes_out() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from glbump.errors import ImageError
 from glbump.glsltest import Glsl, Sampler, inputs
+from glbump.maps.angles import degrees_between
 from glbump.maps.encodings import ENCODINGS, Encoding, slope_map
 from glbump.maps.heights import slopes_of_normals
 from glbump.reference import encodings as twin
@@ -33,11 +34,6 @@ PUBLISHED = {
     "slopes8": (0.137, 0.315, 45),
     "slopes16": (0.00053, 0.0012, 45),
 }
-
-
-def angle(a: F64, b: F64) -> F64:
-    """Degrees between unit vectors, right to the last digits of small ones."""
-    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
 def spread(count: int, reach: float) -> F64:
@@ -65,8 +61,8 @@ def extremes(reach: float) -> F64:
 @cache
 def measured(e: Encoding, reach: float) -> tuple[float, float]:
     n, more = spread(200_000 if reach == e.reach else 50_000, reach), extremes(reach)
-    off = angle(e.decode(e.encode(n)), n)
-    return float(off.mean()), float(max(off.max(), angle(e.decode(e.encode(more)), more).max()))
+    off = degrees_between(e.decode(e.encode(n)), n)
+    return float(off.mean()), float(max(off.max(), degrees_between(e.decode(e.encode(more)), more).max()))
 
 
 @pytest.mark.parametrize("name", list(ENCODINGS))
@@ -118,7 +114,7 @@ def test_what_is_read_is_stored_as_it_was(name: str) -> None:
     assert stored[0].nbytes == e.size
     again = e.decode(e.encode(e.decode(stored)))
     # What is read has been normalised, and may lie nearer to another code. Never by more than a step.
-    moved = angle(again, e.decode(stored))
+    moved = degrees_between(again, e.decode(stored))
     assert moved.max() <= 2 * e.worst
     assert np.mean(moved > 0) < 0.5
     # Any length, and a map's shape.
@@ -129,7 +125,7 @@ def test_precise_is_never_farther_off_than_plain() -> None:
     n = np.concatenate([spread(20_000, 180), extremes(180)])
     for plain in ("oct16", "oct24", "oct32"):
         a, b = ENCODINGS[plain], ENCODINGS[plain + "-precise"]
-        off_a, off_b = angle(a.decode(a.encode(n)), n), angle(b.decode(b.encode(n)), n)
+        off_a, off_b = degrees_between(a.decode(a.encode(n)), n), degrees_between(b.decode(b.encode(n)), n)
         assert (off_b <= off_a + 1e-12).all()
         assert np.mean(off_b < off_a) > 0.05
 
@@ -140,7 +136,7 @@ def test_two_c_minus_one_would_lean() -> None:
     assert stored.tolist() == [[128, 128, 255]]
     customary = stored / 127.5 - 1
     customary /= np.linalg.norm(customary)
-    assert angle(customary, np.array([[0.0, 0.0, 1.0]]))[0] == pytest.approx(0.318, abs=0.001)
+    assert degrees_between(customary, np.array([[0.0, 0.0, 1.0]]))[0] == pytest.approx(0.318, abs=0.001)
 
 
 @pytest.mark.parametrize(
@@ -205,7 +201,7 @@ def test_the_shader_reads_what_was_stored(name: str, glsl: Glsl) -> None:
     got = f(Sampler(stored[None], filter="nearest"), np.arange(len(n), dtype=np.int32)).astype(np.float64)
     got /= np.linalg.norm(got, axis=-1, keepdims=True)
     # Against what NumPy reads: some roundings of float32, which at the rim of x, y go through a root.
-    assert angle(got, e.decode(stored)).max() < (0.003 if name.startswith("rg1") or name == "rg8" else 5e-5)
+    assert degrees_between(got, e.decode(stored)).max() < (0.003 if name.startswith("rg1") or name == "rg8" else 5e-5)
     # Against what was stored: within what the encoding says, and float32.
-    assert angle(got, n).max() <= e.worst + 5e-5
-    assert angle(got[:1], n[:1])[0] < 1e-5
+    assert degrees_between(got, n).max() <= e.worst + 5e-5
+    assert degrees_between(got[:1], n[:1])[0] < 1e-5

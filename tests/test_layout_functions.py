@@ -11,6 +11,7 @@ import pytest
 
 from glbump.glsltest import Glsl, Sampler, inputs
 from glbump.maps import layout as maps
+from glbump.maps.angles import angle_between
 from glbump.maps.layout import EnvironmentMap, Layout
 from glbump.reference import layout as twins
 from glbump.reference.direction import turned_up, unit_dir
@@ -38,10 +39,6 @@ def shown(layout: Layout, dir: npt.ArrayLike) -> F64:
     return unit_dir(dir) if layout.whole else turned_up(unit_dir(dir))
 
 
-def angle(a: F64, b: F64) -> F64:
-    return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
-
-
 def dirs_of(layout: Layout, place: npt.ArrayLike) -> F64:
     p = np.asarray(place, float)
     return layout.dir(p[..., 0].astype(int), p[..., 1], p[..., 2])
@@ -54,11 +51,11 @@ def test_places_lead_back_to_their_directions(glsl: Glsl, name: str, layout: Lay
     place = glsl("lib/layout.glsl")[name](dirs)
     want = shown(layout, dirs)
     bound = ANGLE.get(name, 1.5e-6)
-    assert angle(dirs_of(layout, place), want).max() < bound
+    assert angle_between(dirs_of(layout, place), want).max() < bound
     assert ((place[:, 1:] >= 0) & (place[:, 1:] <= 1)).all(), "a place on a tile"
     assert np.isin(place[:, 0], np.arange(layout.tiles)).all()
     for wrong in (place[:, [0, 2, 1]], place * [1, -1, 1] + [0, 1, 0], place * [1, 1, -1] + [0, 0, 1]):
-        assert np.median(angle(dirs_of(layout, wrong), want)) > 100 * bound, "turned or mirrored"
+        assert np.median(angle_between(dirs_of(layout, wrong), want)) > 100 * bound, "turned or mirrored"
 
 
 @layouts

@@ -16,6 +16,7 @@ from PIL import Image
 from glbump.cli import run
 from glbump.maps import normals as maps_normals
 from glbump.maps import rows as maps_rows
+from glbump.maps.angles import degrees_between
 from glbump.maps.bspline import REACH
 from glbump.maps.encodings import ENCODINGS
 from glbump.maps.gradients import KERNELS, METHODS
@@ -68,10 +69,6 @@ def noise(height: int, width: int) -> npt.NDArray[np.uint16]:
 def normals_of(slope: npt.NDArray[Any]) -> F64:
     n = np.concatenate([-slope.astype(np.float64), np.ones((*slope.shape[:2], 1))], axis=-1)
     return n / np.linalg.norm(n, axis=-1, keepdims=True)
-
-
-def degrees(a: F64, b: F64) -> F64:
-    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
 def normals(*arguments: str) -> None:
@@ -259,8 +256,8 @@ def test_there_and_back(suffix: str, format: str) -> None:
     read = e.decode(codes.astype(np.float16) if format == "half" else codes)
     wanted = normals_of(slopes(noise(48, 64) / 65535) * 0.01 * [1, 64 / 48])
     # float32 adds 1e-5 degrees to what is stored in more than 8 bits.
-    assert degrees(read, wanted).max() <= e.worst_45 * 1.001 + 1e-5
-    assert degrees(read, wanted).max() > e.worst_45 / 8
+    assert degrees_between(read, wanted).max() <= e.worst_45 * 1.001 + 1e-5
+    assert degrees_between(read, wanted).max() > e.worst_45 / 8
 
 
 @pytest.mark.parametrize(
@@ -271,7 +268,7 @@ def test_glbump_reads_it_back_as_slopes(suffix: str, format: str) -> None:
     normals("h.png", "-o", f"n{suffix}", "--format", format, "--amplitude", "0.01")
     read = slopes_of_normals(read_normals(Path(f"n{suffix}")).pixels)
     wanted = slopes(noise(48, 64) / 65535) * 0.01 * [1, 64 / 48]
-    assert degrees(normals_of(read), normals_of(wanted)).max() <= ENCODINGS[format].worst_45 * 1.001 + 1e-5
+    assert degrees_between(normals_of(read), normals_of(wanted)).max() <= ENCODINGS[format].worst_45 * 1.001 + 1e-5
 
 
 @pytest.mark.parametrize("format", FORMATS[".png"])

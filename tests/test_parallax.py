@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from glbump.glsltest import Glsl, inputs
+from glbump.maps.angles import angle_between
 from glbump.reference.direction import unit_dir
 from glbump.reference.parallax import box_parallax, sphere_parallax
 
@@ -26,10 +27,6 @@ def inside() -> tuple[F64, F64]:
     return LOW + share * (HIGH - LOW), d * inputs.log_uniform(len(d), 1e-9, 1e9, (1,), 4)
 
 
-def angle(a: F64, b: F64) -> F64:
-    return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
-
-
 def out_of_box(q: F64) -> F64:
     """From the origin, in the box, along q (K, 3): the walls' points, by trying all six walls."""
     best = np.full(len(q), np.inf)
@@ -45,8 +42,8 @@ def test_in_a_box_the_answer_leads_to_the_wall_that_the_ray_meets(inside: tuple[
     q = box_parallax(p, d, LOW, HIGH)
     point = out_of_box(q)
     # The wall's point, seen from p, lies along dir; and dir alone misses it.
-    assert angle(unit_dir(point - p), unit_dir(d)).max() < ROUNDING * 10
-    assert np.median(angle(q, unit_dir(d))) > 0.1
+    assert angle_between(unit_dir(point - p), unit_dir(d)).max() < ROUNDING * 10
+    assert np.median(angle_between(q, unit_dir(d))) > 0.1
     assert np.abs(np.linalg.norm(q, axis=-1) - 1).max() < ROUNDING
 
 
@@ -58,14 +55,15 @@ def test_in_a_sphere_the_answer_leads_to_the_wall_that_the_ray_meets() -> None:
     b, c = q @ CENTRE, CENTRE @ CENTRE - RADIUS**2
     point = q * (b + np.sqrt(b * b - c))[:, None]
     assert np.abs(np.linalg.norm(point - CENTRE, axis=-1) - RADIUS).max() < ROUNDING
-    assert angle(unit_dir(point - p), unit_dir(d)).max() < 100 * ROUNDING  # a hundredth of the radius from the wall
-    assert np.median(angle(q, unit_dir(d))) > 0.1
+    # A hundredth of the radius from the wall.
+    assert angle_between(unit_dir(point - p), unit_dir(d)).max() < 100 * ROUNDING
+    assert np.median(angle_between(q, unit_dir(d))) > 0.1
 
 
 def test_where_it_was_taken_nothing_changes(inside: tuple[F64, F64]) -> None:
     _, d = inside
     for q in (box_parallax(np.zeros(3), d, LOW, HIGH), sphere_parallax(np.zeros(3), d, CENTRE, RADIUS)):
-        assert angle(q, unit_dir(d)).max() < ROUNDING
+        assert angle_between(q, unit_dir(d)).max() < ROUNDING
 
 
 @pytest.mark.parametrize("shape", ["box", "sphere"])
@@ -80,7 +78,7 @@ def test_far_walls_change_directions_by_p_over_their_distance(inside: tuple[F64,
         else:
             q = sphere_parallax(p, d, size * CENTRE, np.full(len(p), size * RADIUS))
             nearest = size * (RADIUS - np.linalg.norm(CENTRE)) - 5
-        off = angle(q, unit_dir(d))
+        off = angle_between(q, unit_dir(d))
         assert (off <= np.linalg.norm(p, axis=-1) / nearest + ROUNDING).all()
         errors.append(np.median(off))
     assert errors[0] / errors[1] == pytest.approx(1e3, rel=0.02)

@@ -14,6 +14,7 @@ from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
+from glbump.maps.angles import degrees_between
 from glbump.maps.layout import LATLONG, texel_dirs
 from glbump.quality import KNOBS, Quality
 from glbump.reference.bump import triplanar_shares, volume_gradient
@@ -58,10 +59,6 @@ def normals(frame: Any) -> Any:
     return n / np.maximum(np.linalg.norm(n, axis=-1, keepdims=True), 1e-9)
 
 
-def angle(a: Any, b: Any) -> Any:
-    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
-
-
 def scene_of(shape: Any, bump: Any, **more: Any) -> Scene:
     return Scene([Surface(shape, MIRROR, bump, **more)], NORMAL, CAMERA)
 
@@ -78,7 +75,7 @@ def apart(renderer: Renderer, scene: Scene, quality: Quality = ONE, size: int = 
     # A quad of pixels that an outline cuts has no neighbours in the reference.
     inner = both[1:-1, 1:-1] & both[2:, 1:-1] & both[:-2, 1:-1] & both[1:-1, 2:] & both[1:-1, :-2]
     share = 88 if quality.bump_filter != "bilinear" or quality.bump_read == "screen" else 99
-    return float(np.percentile(angle(normals(got), normals(want))[1:-1, 1:-1][inner], share))
+    return float(np.percentile(degrees_between(normals(got), normals(want))[1:-1, 1:-1][inner], share))
 
 
 @pytest.mark.parametrize("name", ["sphere", "torus", "cube", "plane", "quad", "mesh"])
@@ -126,9 +123,9 @@ def test_on_a_cube_it_is_its_uv(renderer: Renderer) -> None:
         camera = Camera(eye=eye, target=(0, 0, 0), fov=50)
         scenes = [Scene([Surface(Cube(), MIRROR, b)], NORMAL, camera) for b in (by_uv, by_axes)]
         want, got = (renderer.render(scene, (64, 64), ONE) for scene in scenes)
-        assert angle(normals(got), normals(want))[want.pixels[..., 3] == 1].max() < 0.02
+        assert degrees_between(normals(got), normals(want))[want.pixels[..., 3] == 1].max() < 0.02
         off = Scene([Surface(Cube(), MIRROR, replace(by_axes, height=WAVES))], NORMAL, camera)
-        assert angle(normals(renderer.render(off, (64, 64), ONE)), normals(want)).max() > 1
+        assert degrees_between(normals(renderer.render(off, (64, 64), ONE)), normals(want)).max() > 1
 
 
 def test_lengths_are_of_the_world(renderer: Renderer) -> None:
@@ -194,7 +191,7 @@ def test_what_shares_leave_out_is_known(renderer: Renderer) -> None:
         scene = Scene([Surface(Sphere(), MIRROR, bump)], NORMAL, camera)
         want = normals(renderer.render(scene, (size, size), replace(fine, bump_read="screen")))
         got = normals(renderer.render(scene, (size, size), fine))
-        off[amplitude] = float(np.percentile(angle(got, want)[64:-64, 64:-64], 99))
+        off[amplitude] = float(np.percentile(degrees_between(got, want)[64:-64, 64:-64], 99))
         said = {c.what: c.why for c in renderer.plan(scene, (size, size), fine).choices}["surface 0 bump shares"]
         told[amplitude] = float(said.split()[4])
     assert off[0.0] < 0.02
@@ -225,7 +222,7 @@ def test_from_pixel_to_pixel_the_error_is_a_pixels(renderer: Renderer, bump: Bum
         want = normals(renderer.render(scene, (size, size), fine))
         got = renderer.render(scene, (size, size), replace(fine, bump_read="screen"))
         inside = np.hypot(*(np.mgrid[0:size, 0:size] - size / 2)) < 0.3 * size
-        return float(np.median(angle(normals(got), want)[inside]))
+        return float(np.median(degrees_between(normals(got), want)[inside]))
 
     errors = [error(size) for size in (64, 128, 256)]
     assert 0.1 < errors[1] < 3

@@ -9,6 +9,7 @@ from itertools import combinations, product
 import numpy as np
 import numpy.typing as npt
 
+from glbump.maps.angles import angle_between
 from glbump.maps.cube import FACES, face_dir, face_of
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, sample
 
@@ -46,8 +47,7 @@ def _quotient(environment: EnvironmentMap, lines: Line) -> float:
 
 
 def _mean_square_step(environment: EnvironmentMap, before: F64, behind: F64) -> float:
-    angle = 2 * np.arctan2(np.linalg.norm(before - behind, axis=-1), np.linalg.norm(before + behind, axis=-1))
-    change = (sample(environment, before) - sample(environment, behind)) / angle[:, None]
+    change = (sample(environment, before) - sample(environment, behind)) / angle_between(before, behind)[:, None]
     return float(np.mean(np.square(change)))
 
 

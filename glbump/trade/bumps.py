@@ -19,6 +19,7 @@ from glbump.contents import Contents
 from glbump.displace import Heights, bent, cells_for, displaced, in_world, points_at
 from glbump.errors import SceneError
 from glbump.gl.renderer import Renderer
+from glbump.maps.angles import degrees_between
 from glbump.maps.colour import eight_bit
 from glbump.quality import Quality, quality_of
 from glbump.reference import bump as bumps
@@ -84,7 +85,7 @@ def compare_bump(
         hits, other = (_seen(scene, index, s, size, contents) for s in (bumped, replace(moved, bump=None)))
         normals, height = _normals(bumped, hits, heights)
         truth = _image(_true_normals(bumped, other, heights), other, size)
-    angles = {form: _degrees(_image(normal, hits, size), truth) for form, normal in normals.items()}
+    angles = {form: degrees_between(_image(normal, hits, size), truth) for form, normal in normals.items()}
     covered = _mask(hits, size), _mask(other, size)
     apart = _image(_moved(scene, bumped, hits, height, size)[:, None], hits, size)[..., 0]
     figures: dict[str, Any] = {
@@ -93,7 +94,7 @@ def compare_bump(
         "triangles": len(np.asarray(moved.shape.triangles)) if isinstance(moved.shape, MeshData) else 0,
         "height": {"least": float(height.min(initial=0)), "most": float(height.max(initial=0))},
         "normals": {form: _spread(angle) for form, angle in angles.items()},
-        "formula": {form: _spread(_degrees(normals[form], normals["full"])) for form in ("flat", "small")},
+        "formula": {form: _spread(degrees_between(normals[form], normals["full"])) for form in ("flat", "small")},
         "pictures": {form: compare(pictures[form], pictures["displaced"]) for form in FORMS},
         "moved": _spread(apart),
         "silhouette": _silhouette(*covered),
@@ -186,11 +187,6 @@ def _mask(hits: Hits, size: tuple[int, int]) -> Mask:
     mask = np.zeros(size[0] * size[1], bool)
     mask[hits.ray] = True
     return mask.reshape(size[1], size[0])
-
-
-def _degrees(a: F64, b: F64) -> F64:
-    norm = np.linalg.norm
-    return np.degrees(2 * np.arctan2(norm(a - b, axis=-1), norm(a + b, axis=-1)))
 
 
 def _spread(values: F64) -> dict[str, float | None]:

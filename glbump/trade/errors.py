@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.errors import ImageError
+from glbump.maps.angles import degrees_between
 from glbump.trade.metrics import compare
 
 F64 = npt.NDArray[np.float64]
@@ -113,14 +114,6 @@ def _share(got: npt.ArrayLike, truth: npt.ArrayLike, several: npt.NDArray[np.boo
         return 0.0
     on_them = compare(got, truth, where=several, perceptual=False)["rmse"]
     return float(on_them**2 * several.mean() / rmse**2)
-
-
-def degrees_between(a: npt.ArrayLike, b: npt.ArrayLike) -> F64:
-    """(...) degrees between unit vectors (..., 3): from the tangent, which keeps small angles."""
-    one, other = (np.asarray(v, np.float64) for v in (a, b))
-    cross = np.linalg.norm(np.cross(one, other), axis=-1)
-    result: F64 = np.degrees(np.arctan2(cross, np.einsum("...i,...i->...", one, other)))
-    return result
 
 
 class Bounds(NamedTuple):

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from glbump.errors import ImageError
+from glbump.maps.angles import degrees_between
 from glbump.maps.colour import linear_from_srgb
-from glbump.trade.errors import FIGURES, degrees_between, errors, mean_squares, rmse_bounds
+from glbump.trade.errors import FIGURES, errors, mean_squares, rmse_bounds
 
 GREY = np.full((20, 30, 3), 0.5)
 
