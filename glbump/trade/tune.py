@@ -1,17 +1,14 @@
 """The cheapest setting that keeps a promise, or the nearest to the truth within a time; measured on this machine.
 
-Knobs are not independent (levels help one sample a pixel, and not sixteen), so no model chooses here. How often a
-picture is sampled, and how footprints are averaged, is tried outright, from few samples on; then each of the other
-knobs is turned down where the promise still holds. Every error is measured against the truth of the whole picture,
-every time beside a bare frame's in the same turns. What was chosen is looked at from where it was not chosen.
+Knobs are not independent (levels help one sample a pixel, and not sixteen), and most of what a search takes is
+compiling, so few programs are tried, with many numbers of samples: without levels, until there are enough; then with
+levels and fewer samples, where one sample gave hope; then each of the other knobs is turned. What was chosen is looked
+at from where it was not chosen.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
-import time
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -23,46 +20,32 @@ from glbump.errors import LimitError, SceneError
 from glbump.gl.renderer import Renderer
 from glbump.quality import KNOBS, PRESETS, Quality
 from glbump.scene import Scene, check_size
-from glbump.trade.metrics import compare
+from glbump.trade.probe import BARE, FRAMES, LEVEL_0, Probe, Tried
 from glbump.trade.remembered import Remembered
-from glbump.trade.settings import work
-from glbump.trade.timing import in_turns, ratios
-from glbump.trade.truth import F32
 
 METRICS = ("rmse", "p99", "max", "flip")
 SAMPLES = (1, 4, 9, 16, 25, 36, 64)
 """A pixel, from the cheapest on."""
-SAMPLING: dict[str, tuple[Any, ...]] = {
-    "environment_filter": ("bilinear", "nearest-level", "trilinear"),
-    "environment_level": ("longest", "area"),
-    "bump_filter": ("bilinear", "nearest-level", "trilinear"),
-    "bump_spread": ("none", "lean"),
-}
-"""What is tried with each number of samples: how footprints are averaged."""
+LEVELS: tuple[dict[str, Any], ...] = (
+    {"environment_filter": "trilinear", "bump_filter": "trilinear"},
+    {"environment_filter": "trilinear"},
+    {"bump_filter": "trilinear"},
+    {"environment_filter": "trilinear", "bump_filter": "trilinear", "bump_spread": "lean"},
+    {"bump_filter": "trilinear", "bump_spread": "lean"},
+)
+"""How footprints may be averaged, in place of LEVEL_0."""
+TURNED = ("silhouette", "environment_filter", "environment_level", "bump_filter", "bump_spread", "lobe_samples")
+"""Knobs of which each value is tried in the end; of the others those that presets have."""
+_PRESET_VALUES = {name: {preset[name] for preset in PRESETS.values()} for name in KNOBS}
 MARGIN = 0.97
 """Of the promise: what a setting is held to, so that the last digits of a truth do not break it."""
-RESOLVED = 0.25
-"""Of the promise, the most that the truth itself may be off by."""
+HOPEFUL, HOPEFUL_TIME = 0.8, 1.1
+"""What is hoped of more samples: of the gain that they bring without levels, the error; of their time."""
+BETTER = 0.9
+"""Of an error: what must be less for another preset's knobs to be taken."""
 CHEAPER = 0.98
-"""Of a time: what must be less to count as less."""
-TURNS = 3
-TRUTH_SAMPLES = (36, 64)
-"""A pixel: the truth has the second, and the first tell how far off that may be."""
-MOST_SAMPLES = 256
-"""Of a truth, where a promise asks for more."""
-FRAMES = 40
-"""Of "exact": what a search may take, truth and all; what is best by then is taken, and looked at from elsewhere."""
-LEAST_SECONDS = 10.0
-"""What a search may take in any case: of a small picture the frames are the least of it."""
-
-
-@dataclass(frozen=True)
-class Tried:
-    """One setting, measured: error by the metric, milliseconds a frame."""
-
-    quality: Quality
-    error: float
-    ms: float
+"""Of a time or an error: what must be less to count as less."""
+ENDED = f"the search ended after {FRAMES} frames of exact; more may be gained"
 
 
 @dataclass(frozen=True)
@@ -141,8 +124,7 @@ def tuned(
 
 
 class _Search:
-    """Settings of one scene at one size, each measured once. renderers: for what is tried, and for what it is timed
-    beside, so that each keeps what it prepared."""
+    """Looks for the setting that a promise asks for. remembered: what earlier runs found."""
 
     def __init__(
         self,
@@ -153,107 +135,120 @@ class _Search:
         remembered: Remembered,
         step: Callable[[str], None],
     ) -> None:
-        self.renderer, self.beside = renderers
-        self.scene, self.size, self.metric, self.step = scene, size, metric, step
-        info = self.renderer.context.info
+        info = renderers[0].context.info
         self.driver = f"{info['renderer']}, {info['version']}"
-        self.bare = Quality("fast", environment_filter="bilinear", bump_filter="bilinear")
         self.notes: list[str] = []
-        self.tried: dict[Hashable, Tried] = {}
         self._remembered, self._key = remembered, remembered.key(scene, size, metric, self.driver)
         known = remembered.read(self._key)
-        self.noise: float = known.get("noise", 0.0)
         self._chosen: dict[str, Any] = known.get("chosen", {})
-        for row in known.get("rows", ()):
-            self.tried[self._work(row["quality"])] = Tried(**row)
-        self._truth: F32 | None = None
-        self._bare_seconds = math.inf
-        self._late = math.inf
+        self.probe = Probe(renderers, scene, size, metric, known, step)
 
     def chosen(self, promise: str, search: Callable[[], Tuned]) -> Tuned:
         """What was chosen for the same promise before, timed anew; else what `search` finds, which is remembered."""
-        before = self._chosen.get(promise)
+        before, probe = self._chosen.get(promise), self.probe
         if before is not None:
-            known = next((t for t in self.tried.values() if asdict(t.quality) == before["quality"]), None)
+            known = next((t for t in probe.tried if asdict(t.quality) == before["quality"]), None)
             if known is not None:
-                self.step("remembered")
+                probe.step("remembered")
                 self.notes += before["notes"]
-                self.renderer.render(self.scene, self.size, known.quality)
-                best = replace(known, ms=self._ms(known.quality))
+                best = replace(known, ms=probe.ms(known.quality))
                 return self._result(best, tuple(before["views"]), remembered=True)
         result = search()
         found = {"quality": asdict(result.quality), "views": list(result.views), "notes": list(result.notes)}
-        rows = [{"quality": t.quality, "error": t.error, "ms": t.ms} for t in self.tried.values()]
-        self._remembered.write(self._key, rows, self.noise, self._chosen | {promise: found})
+        rows = [{"quality": t.quality, "error": t.error, "ms": t.ms} for t in probe.tried]
+        self._remembered.write(self._key, rows, probe.noise, self._chosen | {promise: found})
         return result
 
     # ------------------------------------------------------------ what is asked
 
     def within_error(self, budget: float) -> Tuned:
         """The cheapest setting whose error is at most `budget`."""
-        self._require_resolved(budget)
+        probe = self.probe
+        probe.require_resolved(budget)
 
         def keeps(t: Tried) -> bool:
             return t.error <= MARGIN * budget
 
-        best: Tried | None = None
-        for samples in SAMPLES:
-            found = [t for q in self._with_samples(samples) if (t := self._measure(q)) is not None and keeps(t)]
-            best = min(found, key=lambda t: t.ms, default=None)
-            if best is not None:
-                break
-        if best is None:
-            nearest = min(self.tried.values(), key=lambda t: t.error)
+        steps = self._climb(lambda _: True, keeps)
+        if not keeps(steps[-1]):
+            nearest = min(probe.tried, key=lambda t: t.error)
+            width, height = probe.size
             raise LimitError(
-                f"no setting keeps {self._shown(budget)} at {self.size[0]}x{self.size[1]}: the nearest that was tried, "
-                f"{nearest.quality.samples} samples a pixel, is off by {self._shown(nearest.error)}; "
+                f"no setting keeps {probe.shown(budget)} at {width}x{height}: the nearest that was tried, "
+                f"{nearest.quality.samples} samples a pixel, is off by {probe.shown(nearest.error)}; "
                 "allow that much, or draw a larger picture and shrink it"
             )
-        best = self._turned(best, keeps, lambda t: t.ms, cheaper=True)
-        return self._held_out(best, budget)
+        # Of settings with levels, those with the fewest samples that do; more samples cost more.
+        singles, found = self._with_levels(steps) if len(steps) > 1 else [], [steps[-1]]
+        for step in steps[:-1]:
+            gain = HOPEFUL * step.error / steps[0].error
+            hopeful = [t for t in singles if t.error * gain <= budget and not self._is_late()]
+            found += [t for single in hopeful if keeps(t := self._measured(single, step))]
+            if len(found) > 1:
+                break
+        best = min((probe.timed(t) for t in found), key=_ms)
+        return self._held_out(self._turned(best, keeps, _ms, cheaper=True), budget)
 
     def within_time(self, budget: float) -> Tuned:
         """The setting with the least error that takes at most `budget` milliseconds a frame."""
+        probe = self.probe
 
         def keeps(t: Tried) -> bool:
-            return t.ms <= budget
+            return _ms(probe.timed(t)) <= budget
 
-        best = self._measure(self.bare)
-        if best is None or not keeps(best):
-            takes = f"{best.ms:.3g} ms" if best is not None else "more memory than there is"
+        steps = self._climb(keeps, lambda _: False)
+        if not steps:
+            bare, (width, height) = probe.measure(BARE), probe.size
+            takes = f"{_ms(probe.timed(bare)):.3g} ms" if bare is not None else "more memory than there is"
             raise LimitError(
-                f"a bare draw of this scene at {self.size[0]}x{self.size[1]} takes {takes} here, and {budget:g} ms are "
+                f"a bare draw of this scene at {width}x{height} takes {takes} here, and {budget:g} ms are "
                 "allowed; allow more, or draw a smaller picture"
             )
-        for samples in SAMPLES:
-            found = [t for q in self._with_samples(samples) if (t := self._measure(q)) is not None and keeps(t)]
-            best = min([best, *found], key=lambda t: t.error)
-            if not found or self._is_late():
-                break
-        best = self._turned(best, keeps, lambda t: t.error, cheaper=False)
-        return self._held_out(best, None)
+        for single in self._with_levels(steps):
+            # As many samples as there is time for; a few more take about as much longer as without levels.
+            longer = _ms(probe.timed(single)) / _ms(probe.timed(steps[0]))
+            hopeful = (step for step in reversed(steps) if longer * _ms(probe.timed(step)) <= HOPEFUL_TIME * budget)
+            any(keeps(self._measured(single, step)) for step in hopeful)
+        best = min((t for t in probe.tried if t.ms is not None and t.ms <= budget), key=_error)
+        return self._held_out(self._turned(best, keeps, _error, cheaper=False), None)
 
     # ------------------------------------------------------------ where to look
 
-    def _with_samples(self, samples: int) -> Iterator[Quality]:
-        """Settings with so many samples, of each preset otherwise, that differ in what is drawn."""
-        if self._is_late():
-            yield Quality("exact", samples=samples)
-            return
-        seen: set[Hashable] = set()
-        knobs = {name: values for name, values in SAMPLING.items() if name in KNOBS}
-        for preset in PRESETS:
-            for values in itertools.product(*knobs.values()):
-                changes = dict(zip(knobs, values))
-                if changes["environment_filter"] == "bilinear" and changes["environment_level"] == "longest":
-                    continue  # without levels there is nothing to choose
-                if samples >= 16 and changes["environment_filter"] != "bilinear":
-                    continue  # so many average better by themselves
-                quality = Quality(preset, samples=samples, **changes)
-                does = self._work(quality)
-                if does not in seen:
-                    seen.add(does)
-                    yield quality
+    def _climb(self, allowed: Callable[[Tried], bool], enough: Callable[[Tried], bool]) -> list[Tried]:
+        """Without levels, more samples from step to step, until it is `enough` or no more `allowed`: what costs least
+        at first, and by the next preset's other knobs from where more samples hardly help."""
+        steps: list[Tried] = []
+        others = list(PRESETS)
+        for samples in SAMPLES:
+            tried = self.probe.measure(Quality(others[0], samples=samples, **LEVEL_0))
+            if tried is None or not allowed(tried):
+                break
+            if steps and not enough(tried):
+                last = steps[-1]
+                helped = tried.error / last.error < (last.quality.samples / samples) ** 0.25
+                for preset in () if helped else others[1:]:
+                    other = self.probe.measure(Quality(preset, samples=samples, **LEVEL_0))
+                    if other is not None and other.error < BETTER * tried.error and allowed(other):
+                        tried, others = other, others[others.index(preset) :]
+            steps.append(tried)
+            if enough(tried):
+                break
+        return steps
+
+    def _with_levels(self, steps: Sequence[Tried]) -> list[Tried]:
+        """One sample a pixel, footprints averaged in one way or another: those that help."""
+        found: list[Tried] = []
+        for changes in LEVELS:
+            if self._is_late():
+                break
+            tried = self.probe.measure(Quality(steps[-1].quality.preset, samples=1, **LEVEL_0 | changes))
+            if tried is not None and tried.error < steps[0].error and tried not in found:
+                found.append(tried)
+        return found
+
+    def _measured(self, single: Tried, step: Tried) -> Tried:
+        """What one sample showed, with as many as a step has; the step itself where this driver cannot draw it."""
+        return self.probe.measure(replace(single.quality, samples=step.quality.samples)) or step
 
     def _turned(
         self, best: Tried, keeps: Callable[[Tried], bool], cost: Callable[[Tried], float], *, cheaper: bool
@@ -261,119 +256,54 @@ class _Search:
         """`best`, with each other knob turned to where `cost` is less and the promise holds: towards what is cheaper,
         or towards the truth."""
         for name, knob in KNOBS.items():
-            now = getattr(best.quality, name)
-            if name in SAMPLING or name == "samples" or now not in knob.values:
+            if name == "samples":
                 continue
-            at = knob.values.index(now)
-            for value in knob.values[:at] if cheaper else knob.values[at + 1 :]:
+            tried_by = knob.values if name in TURNED else [v for v in knob.values if v in _PRESET_VALUES[name]]
+            for value in tried_by if cheaper else reversed(tried_by):
+                now = getattr(best.quality, name)
+                if now == value or (name != "environment_layout" and _is_after(knob.values, value, now) is cheaper):
+                    continue
                 if self._is_late():
-                    self.notes.append(f"the search ended after {FRAMES} frames of exact; more may be gained")
                     return best
-                tried = self._measure(replace(best.quality, **{name: value}))
-                if tried is not None and keeps(tried) and cost(tried) < CHEAPER * cost(best):
-                    best = tried
+                tried = self.probe.measure(replace(best.quality, **{name: value}))
+                if tried is not None and keeps(tried) and cost(self.probe.timed(tried)) < CHEAPER * cost(best):
+                    best = self.probe.timed(tried)
+                    break  # What is beyond costs more, or is farther from the truth.
         return best
 
     def _is_late(self) -> bool:
-        return time.perf_counter() > self._late
-
-    # ------------------------------------------------------------ measuring
-
-    def _work(self, quality: Quality) -> Hashable:
-        return work(self.renderer.plan(self.scene, self.size, quality))
-
-    def _measure(self, quality: Quality) -> Tried | None:
-        """A setting's error and time; None where this driver cannot draw it."""
-        does = self._work(quality)
-        if does not in self.tried:
-            truth = self._found_truth()
-            self.step(f"{quality.samples} samples, {quality.environment_filter}")
-            try:
-                picture = self.renderer.render(self.scene, self.size, quality).pixels
-            except LimitError:
-                return None
-            self.tried[does] = Tried(quality, self._error(picture, truth), self._ms(quality))
-        return self.tried[does]
-
-    def _ms(self, quality: Quality) -> float:
-        """Of a frame that stands still, in turns with a bare one's, so that a busy minute tells no lies."""
-        times = in_turns(
-            {
-                "bare": lambda: self.beside.render(self.scene, self.size, self.bare),
-                "this": lambda: self.renderer.render(self.scene, self.size, quality),
-            },
-            TURNS,
-            warm_up=0,
-        )
-        self._bare_seconds = min(self._bare_seconds, *times["bare"].wall)
-        return 1e3 * self._bare_seconds * ratios(times["this"].wall, times["bare"].wall).median
-
-    def _found_truth(self) -> F32:
-        """The scene's picture at "exact" with many samples; what is measured first looks for it."""
-        if self._truth is None:
-            self.step("truth")
-            self.beside.render(self.scene, self.size, self.bare)
-            self.renderer.render(self.scene, self.size, "exact")
-            started = time.perf_counter()
-            self.renderer.render(self.scene, self.size, "exact")
-            self._late = started + max(FRAMES * (time.perf_counter() - started), LEAST_SECONDS)
-            fewer, more = (self._exact(n) for n in TRUTH_SAMPLES)
-            # Each is off by its own share of what they differ by, and the more samples, the less.
-            self.noise = self._error(fewer, more) * TRUTH_SAMPLES[0] / TRUTH_SAMPLES[1]
-            self._truth = more
-        return self._truth
-
-    def _require_resolved(self, budget: float) -> None:
-        """LimitError where the truth may itself be off by too much of `budget`; more samples are tried first."""
-        if not self.tried:
-            self._found_truth()
-        if self.noise > RESOLVED * budget and self._truth is not None:
-            finest = self._exact(MOST_SAMPLES)
-            self.noise = self._error(self._truth, finest) * TRUTH_SAMPLES[1] / MOST_SAMPLES
-            self._truth = finest
-        if self.noise > RESOLVED * budget:
-            raise LimitError(
-                f"max_error {self._shown(budget)} is below what the truth resolves: it may itself be off by "
-                f"{self._shown(self.noise)} for want of samples; allow at least {self._shown(self.noise / RESOLVED)}"
-            )
-
-    def _exact(self, samples: int) -> F32:
-        return self.renderer.render(self.scene, self.size, Quality("exact", samples=samples)).pixels
-
-    def _error(self, got: F32, truth: F32) -> float:
-        return float(compare(got, truth, perceptual=self.metric == "flip")[self.metric])
-
-    def _shown(self, error: float) -> str:
-        return f"{error:.3g}" if self.metric == "flip" else f"{255 * error:.3g}/255"
+        late = self.probe.is_late
+        if late and ENDED not in self.notes:
+            self.notes.append(ENDED)
+        return late
 
     # ------------------------------------------------------------ evidence
 
     def _held_out(self, best: Tried, budget: float | None) -> Tuned:
         """The result, looked at from other views."""
-        self.step("other views")
-        errors = []
-        for view in other_views(self.scene):
-            truth = self.renderer.render(view, self.size, Quality("exact", samples=TRUTH_SAMPLES[1])).pixels
-            errors.append(self._error(self.renderer.render(view, self.size, best.quality).pixels, truth))
+        probe = self.probe
+        probe.step("other views")
+        errors = tuple(probe.error_from(view, best.quality) for view in other_views(probe.scene))
         if budget is not None and max(errors) > budget:
             self.notes.append(
-                f"from another view the error is {self._shown(max(errors))}: the promise is kept where it was tuned, "
-                f"and not there; ask for {self._shown(budget**2 / max(errors))}, or tune for that view"
+                f"from another view the error is {probe.shown(max(errors))}: the promise is kept where it was tuned, "
+                f"and not there; ask for {probe.shown(budget**2 / max(errors))}, or tune for that view"
             )
-        return self._result(best, tuple(errors), remembered=False)
+        return self._result(best, errors, remembered=False)
 
     def _result(self, best: Tried, views: tuple[float, ...], *, remembered: bool) -> Tuned:
+        probe = self.probe
         return Tuned(
-            best.quality,
-            best.error,
-            best.ms,
-            self.metric,
-            views,
-            self.noise,
-            self.driver,
-            remembered,
-            tuple(self.tried.values()),
-            tuple(self.notes),
+            quality=best.quality,
+            error=best.error,
+            ms=_ms(best),
+            metric=probe.metric,
+            views=views,
+            noise=probe.noise,
+            driver=self.driver,
+            remembered=remembered,
+            tried=probe.tried,
+            notes=tuple(self.notes),
         )
 
 
@@ -393,3 +323,16 @@ def other_views(scene: Scene) -> list[Scene]:
         moved *= distance / np.linalg.norm(moved)
         views.append(replace(scene, camera=replace(camera, eye=tuple((target + moved).tolist()))))
     return views
+
+
+def _ms(tried: Tried) -> float:
+    assert tried.ms is not None, "not timed"
+    return tried.ms
+
+
+def _error(tried: Tried) -> float:
+    return tried.error
+
+
+def _is_after(values: Sequence[Any], value: Any, other: Any) -> bool:
+    return values.index(value) > values.index(other)

@@ -16,7 +16,7 @@ from glbump.cli import run
 from glbump.qualityfile import load_quality, save_quality
 from glbump.trade.metrics import compare
 from glbump.trade.remembered import Remembered
-from glbump.trade.tune import Tuned, other_views, tuned
+from glbump.trade.tune import CHEAPER, Tuned, other_views, tuned
 
 SIZE = (64, 64)
 
@@ -51,7 +51,7 @@ def test_the_promise_is_kept_and_not_at_any_price(budget: float, memory: Remembe
     assert off(found.quality, content) <= budget
     assert found.error <= budget
     # Cheaper ones that were tried break it, all of them.
-    cheaper = [t for t in found.tried if t.ms < 0.9 * found.ms]
+    cheaper = [t for t in found.tried if t.ms is not None and t.ms < 0.9 * found.ms]
     assert all(t.error > 0.97 * budget for t in cheaper)
     assert len(found.views) == 2
 
@@ -70,7 +70,8 @@ def test_within_a_time_the_nearest_is_chosen(memory: Remembered) -> None:
     found = tuned(content, max_ms=50 * fast.ms, size=SIZE, remembered=memory)
     assert found.ms <= 50 * fast.ms
     assert found.error < fast.error
-    assert found.error == min(t.error for t in found.tried if t.ms <= 50 * fast.ms)
+    # What is nearer by less than CHEAPER counts as alike.
+    assert CHEAPER * found.error <= min(t.error for t in found.tried if t.ms is not None and t.ms <= 50 * fast.ms)
 
 
 def test_what_was_found_is_remembered_for_this_scene_alone(memory: Remembered) -> None:
