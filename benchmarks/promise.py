@@ -143,8 +143,8 @@ def measure(quick: bool = False) -> Section:
     return Section(
         "Tuning keeps its promise",
         f"{count} scenes drawn by chance (benchmarks/generated.py), {size[0]}x{size[1]}, one promise each, {jobs} "
-        "scenes at a time, each with a core of its own. The error is measured afterwards against 256 samples a pixel. The "
-        "cheapest setting that keeps the promise is found by drawing every one: "
+        "scenes at a time, each with a core of its own. The error is measured afterwards against 256 samples a pixel. "
+        "The cheapest setting that keeps the promise is found by drawing every one: "
         + ", ".join(f"{name} {' | '.join(map(str, values))}" for name, values in ALL.items())
         + ", each with each, in each preset's other knobs, but for those that have no knob less than one that is too "
         "dear already; what is not dearer at a glance and within the promise is timed in turns with the chosen one.",

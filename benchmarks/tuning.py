@@ -44,8 +44,8 @@ def measure(quick: bool = False) -> Section:
     longest, second = (max(float(row[i] or 0) for row in rows) for i in (4, 5))
     return Section(
         "What tuning takes",
-        f"{len(rows)} scenes drawn by chance (benchmarks/generated.py), {size[0]}x{size[1]}, compiling, truth and other "
-        "views counted in; a frame of exact is the median of three. The second time asks for the same again.",
+        f"{len(rows)} scenes drawn by chance (benchmarks/generated.py), {size[0]}x{size[1]}, compiling, truth and "
+        "other views counted in; a frame of exact is the median of three. The second time asks for the same again.",
         (
             Table(
                 ("scene", "promised, /255", "RMSE, /255", "settings tried", "in frames of exact", "the second time"),
