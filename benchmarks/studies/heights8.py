@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table
-from benchmarks.kernels import degrees, normals
+from benchmarks.kernels import normals
 from benchmarks.studies.settings import GAIN, few, table
 from benchmarks.studies.waves import FINE, SIDE, SLOPE, TRUTH, in_bump, mirror, of_waves
+from glbump.maps.angles import degrees_between
 from glbump.maps.gradients import derivative
 from glbump.quality import Quality
 
@@ -58,7 +59,7 @@ def _angles() -> Table:
     for what, (how, kernel) in SETTINGS.items():
         kept = stored(height, *how)
         slope = np.stack([derivative(kept, axis, kernel, "wrap") / texel for axis in (1, 0)], axis=-1)
-        off = degrees(normals(slope), wanted)
+        off = degrees_between(normals(slope), wanted)
         rows.append([what, float(np.sqrt((off**2).mean())), float(off.max())])
     return Table(("heights", "rms degrees", "largest"), rows)
 

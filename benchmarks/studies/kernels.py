@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.figures import Cell, Section, Table
-from benchmarks.kernels import METHODS, baked, degrees, normals, wave_errors
+from benchmarks.kernels import METHODS, baked, normals, wave_errors
 from benchmarks.studies.settings import GAIN, few, table
 from benchmarks.studies.waves import FINE, SIDE, SLOPE, TRUTH, in_bump, mirror, of_waves
+from glbump.maps.angles import degrees_between
 from glbump.maps.gradients import KERNELS
 from glbump.quality import Quality
 
@@ -39,7 +40,7 @@ def _angles(places: int) -> Table:
         fine = methods["bspline, in the shader"](*of_waves(FINE), at)
         wanted = normals(fine / SIDE)
         for row, method in zip(rows, methods.values()):
-            off = degrees(normals(method(heights, SIDE * exact, at) / SIDE), wanted)
+            off = degrees_between(normals(method(heights, SIDE * exact, at) / SIDE), wanted)
             row.append(float(np.sqrt((off**2).mean())))
     return Table(("kernel", *(f"rms degrees, {texels} texels a wave" for texels in WAVES)), rows)
 
