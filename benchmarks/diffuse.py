@@ -8,23 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table, Target
-from benchmarks.scenes import DATA
+from benchmarks.scenes import panoramas
 from glbump.maps.cube import sample_levels
 from glbump.maps.diffuse import MAP_SIZE, irradiance_map, sh9
-from glbump.maps.images import read_colour
 from glbump.maps.layout import LATLONG, EnvironmentMap, row_edges, texel_dirs
-from glbump.maps.pictured import environment_of
 from glbump.maps.suns import Sun, part
 from glbump.reference.environment import sh9_irradiance
 from glbump.reference.irradiance import Quadrature
 
 F64 = npt.NDArray[np.float64]
-
-_FILES = {
-    "venice": DATA / "cc0" / "venice.exr",
-    "workshop": DATA / "cc0" / "workshop.exr",
-    "KernerEnv": DATA / "openexr" / "KernerEnvLatLong.exr",
-}
 
 
 def _made() -> EnvironmentMap:
@@ -60,12 +52,10 @@ def measure(quick: bool = False) -> Section:
     """A thousand normals (quick: ten)."""
     normals = np.random.default_rng(3).normal(size=(10 if quick else 1000, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    there = {name: file for name, file in _FILES.items() if file.exists()}
-    pictures = {name: environment_of(read_colour(file), "lat-long") for name, file in there.items()}
     rows: list[list[Cell]] = []
     kept: list[list[Cell]] = []
     targets = []
-    for name, picture in (pictures or {"a made sky": _made()}).items():
+    for name, picture in (panoramas() or {"a made sky": _made()}).items():
         exact, parted = _sum(picture, normals), part(picture)
         for suns, source, found in (("kept", picture, ()), ("apart", parted.rest, parted.suns)):
             if suns == "apart" and not found:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table, Target
-from benchmarks.scenes import DATA
+from benchmarks.scenes import PANORAMAS, panoramas
 from glbump.camera import Camera
 from glbump.environment import LatLong
 from glbump.gl import bake
@@ -16,10 +16,8 @@ from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
 from glbump.maps import gloss
 from glbump.maps.cube import sample_levels
-from glbump.maps.images import read_colour
 from glbump.maps.layout import CUBE, EnvironmentMap, row_edges, sample, texel_dirs
 from glbump.maps.levels import environment_levels
-from glbump.maps.pictured import environment_of
 from glbump.quality import Quality
 from glbump.reference import ggx, reflect
 from glbump.reference.filter import through_levels
@@ -30,11 +28,6 @@ from glbump.trade.timing import in_turns, ratios, spread
 
 F64 = npt.NDArray[np.float64]
 
-_FILES = {
-    "venice": DATA / "cc0" / "venice.exr",
-    "workshop": DATA / "cc0" / "workshop.exr",
-    "KernerEnv": DATA / "openexr" / "KernerEnvLatLong.exr",
-}
 PROMISED = ("venice", "KernerEnv")
 THREE_MS, VTK_MS = 275.0, 15_000.0
 """Noted before: three.js's PMREM, warm, and VTK's, faces of 256x256 on the same driver."""
@@ -158,7 +151,7 @@ def _lobes(pictures: dict[str, EnvironmentMap], quick: bool) -> list[list[Cell]]
 def _costs(pictures: dict[str, EnvironmentMap], quick: bool) -> list[list[Cell]]:
     """Of frames, against the chain's, in turns."""
     size = (32, 32) if quick else (256, 256)
-    environment = LatLong(_FILES["venice"]) if "venice" in pictures else LatLong(np.ones((8, 16, 3), np.float32))
+    environment = LatLong(PANORAMAS["venice"]) if "venice" in pictures else LatLong(np.ones((8, 16, 3), np.float32))
     scene = Scene([Surface(Sphere(), Material(metallic=1, roughness=0.4))], environment, Camera(eye=(0, 0, 2.4)))
     base = {"gloss_size": 16, "gloss_samples": 8}
     ways = {"chain": {"gloss": "chain"}} | {f"{n} facets": {"gloss": "sampled", "lobe_samples": n} for n in (4, 16, 64)}
@@ -175,7 +168,7 @@ def _costs(pictures: dict[str, EnvironmentMap], quick: bool) -> list[list[Cell]]
 
 def measure(quick: bool = False) -> Section:
     """Chains of faces of 128 and 256, and lobes at three angles and roughnesses."""
-    pictures = {n: environment_of(read_colour(path), "lat-long") for n, path in _FILES.items() if path.exists()}
+    pictures = panoramas()
     if quick:
         pictures = dict(list(pictures.items())[:1])
     with Renderer() as renderer:

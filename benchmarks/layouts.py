@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.figures import Cell, Section, Table, Target
-from benchmarks.scenes import DATA
+from benchmarks.scenes import PANORAMAS, panoramas
+from glbump.demo.panorama import evening
 from glbump.maps.continuity import seam_step
 from glbump.maps.convert import FILTERS, Filter, convert
 from glbump.maps.layout import (
@@ -32,27 +33,12 @@ LEAST = 16
 """Texels along a tile that SEAM is promised from. Smaller tiles' texels are so long that beside an edge is no place
 like it: the function's own values have such steps there too."""
 
-PICTURES = ("cc0/venice", "cc0/workshop", "openexr/KernerEnvLatLong")
 
-
-def panoramas(quick: bool) -> dict[str, EnvironmentMap]:
-    """The photographed ones that there are, as lat-long pictures on texel centres; else the demo's."""
-    from glbump.maps.images import read_colour
-    from glbump.maps.pictured import environment_of
-
-    found = {}
-    for name in PICTURES:
-        path = DATA / f"{name}.exr"
-        if path.is_file():
-            height = 32 if quick else 512 if "Kerner" in name else 256
-            found[name.split("/")[1].removesuffix("LatLong")] = convert(
-                environment_of(read_colour(path)), LATLONG, height, "area"
-            )
-    if not found:
-        from glbump.demo.panorama import evening
-
-        found["evening"] = EnvironmentMap(LATLONG, evening(32 if quick else 256)[None])
-    return found
+def resized_panoramas(quick: bool) -> dict[str, EnvironmentMap]:
+    """The photographed panoramas that there are, as lat-long pictures on texel centres; else the demo's."""
+    height = {name: 32 if quick else 512 if name == "KernerEnv" else 256 for name in PANORAMAS}
+    found = {name: convert(picture, LATLONG, height[name], "area") for name, picture in panoramas().items()}
+    return found or {"evening": EnvironmentMap(LATLONG, evening(32 if quick else 256)[None])}
 
 
 def equal_size(layout: Layout, texels: int) -> int:
@@ -109,7 +95,7 @@ def level_steps(layout: Layout, size: int) -> dict[int, tuple[float, float]]:
 
 def measure(quick: bool = False) -> Section:
     """Photographed panoramas of 512x256 and 1024x512 (quick: 64x32)."""
-    environments = panoramas(quick)
+    environments = resized_panoramas(quick)
     rows: list[list[Cell]] = []
     for layout in LAYOUTS.values():
         sizes = [equal_size(layout, e.size[0] * e.size[1]) for e in environments.values()]

@@ -16,11 +16,27 @@ import numpy.typing as npt
 from glbump.camera import Camera
 from glbump.demo import panorama, relief
 from glbump.environment import CubeMap, Environment, LatLong
+from glbump.maps.images import read_colour
+from glbump.maps.layout import EnvironmentMap
+from glbump.maps.pictured import environment_of
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, MeshFile, Plane, Quad, Sphere, Torus, Transform
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 """Photographed environments; they lie beside the project, not in it."""
+
+PANORAMAS = {
+    "venice": DATA / "cc0" / "venice.exr",
+    "workshop": DATA / "cc0" / "workshop.exr",
+    "KernerEnv": DATA / "openexr" / "KernerEnvLatLong.exr",
+}
+
+
+def panoramas() -> dict[str, EnvironmentMap]:
+    """The photographed panoramas that there are."""
+    there = {name: path for name, path in PANORAMAS.items() if path.is_file()}
+    return {name: environment_of(read_colour(path), "lat-long") for name, path in there.items()}
+
 
 CHROME = Material(metallic=1, roughness=0)
 

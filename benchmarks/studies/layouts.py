@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.figures import Cell, Section, Table
-from benchmarks.layouts import CLIP, equal_size, panoramas, round_trip
+from benchmarks.layouts import CLIP, equal_size, resized_panoramas, round_trip
 from benchmarks.scenes import mirror_ball
 from benchmarks.studies.settings import GAIN, few, save, table
 from glbump.environment import CubeMap, Environment, Hemisphere, LatLong, LightProbe, Octahedral
@@ -51,7 +51,7 @@ def _picture(folder: Path, light: EnvironmentMap) -> str:
 def study(folder: Path, quick: bool = False) -> Section:
     """A mirror ball, 160x160 (quick: 12x12), in panoramas of 1/4 of the texels."""
     size, turns = ((12, 12), 1) if quick else ((160, 160), 15)
-    name, panorama = list(panoramas(quick).items())[-1]
+    name, panorama = list(resized_panoramas(quick).items())[-1]
     texels = panorama.size[0] * panorama.size[1] // SHRUNK
     lights = {n: convert(panorama, LAYOUTS[n], equal_size(LAYOUTS[n], texels), "area") for n in WHOLE}
     rows = {n: (mirror_ball(_environment(light)), Quality("balanced")) for n, light in few(lights, quick).items()}
