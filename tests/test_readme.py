@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 
@@ -15,6 +16,7 @@ from glbump.cli import cli
 from glbump.demo import panorama, relief
 from glbump.maps.files import write_picture
 from glbump.maps.images import read_colour
+from glbump.quality import KNOBS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -50,8 +52,20 @@ def test_commands_are_the_commands() -> None:
     rows = re.findall(r"^\| `glbump ([a-z-]+)([^`]*)`", README, re.MULTILINE)
     assert {name for name, _ in rows} == set(cli.commands)
     for name, usage in rows:
-        options = {flag for parameter in cli.commands[name].params for flag in parameter.opts}
-        assert set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", usage)) <= options, name
+        options = [set(p.opts) for p in cli.commands[name].params if isinstance(p, click.Option)]
+        said = set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", usage))
+        assert said <= set().union(*options), name
+        # What all commands have stands below the table.
+        assert [flags for flags in options if not flags & (said | {"--quiet", "--debug", "--help"})] == [], name
+
+
+def test_every_knob_has_its_values() -> None:
+    table = README.split("| knob |")[1].split("## Commands")[0]
+    rows = re.findall(r"^\| (`.*)", table, re.MULTILINE)
+    for name, knob in KNOBS.items():
+        (said,) = (row for row in rows if f"`{name}`" in row)
+        words = [value for value in knob.values if isinstance(value, str)]
+        assert [word for word in words if f"`{word}`" not in said] == [], name
 
 
 @pytest.mark.parametrize("target", re.findall(r"!?\[[^\]]*\]\(([^)#]+)\)", README))
