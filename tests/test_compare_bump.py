@@ -120,8 +120,9 @@ def test_other_surfaces_and_normal_maps_stay_in_the_pictures() -> None:
     other = gb.Surface(gb.Sphere(0.4), gb.Material((1, 0, 0)), transform=gb.Transform(translate=(-0.6, 0, 0)))
     found = compare_bump(gb.Scene([other, ball], camera=PARALLEL), 1, SIZE)
     left = [p[:, :40, :3] for p in found.pictures.values()]
+    # The displaced one is a mesh, whose samples software drivers draw pass by pass: four sums of halves, each below 1.
     for picture in left[1:]:
-        assert np.abs(picture - left[0]).max() < 1e-6
+        assert np.abs(picture - left[0]).max() <= 2.0**-10
     without = compare_bump(gb.Scene([other, gb.Surface(ball.shape, MIRROR, gb.Bump(waves(), 0.02))]), 1, SIZE)
     assert np.abs(without.pictures["displaced"] - found.pictures["displaced"]).mean() > 1e-3
 
