@@ -162,6 +162,13 @@ def sample_offsets(samples: int) -> Floats:
     return offsets
 
 
+def sample_number(x: float, y: float, samples: int) -> int:
+    """Of a pixel's `samples` (sample_offsets) the number of that at x from the left and y from the top: by rows
+    from the lowest; each of four has a row of its own."""
+    rows, columns = (4, 1) if samples == 4 else (math.isqrt(samples),) * 2
+    return int((1 - y) * rows) * columns + int(x * columns)
+
+
 def pixel_steps(camera: Camera, size: tuple[int, int]) -> Floats:
     """(3, 3): the way in the world that a pixel to the right spans at depth 1 (at any, of an orthographic camera), the
     way that one up spans, and how the depth changes with the place: the unit vector ahead, or 0 of an orthographic

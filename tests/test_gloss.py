@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from glbump import reference
-from glbump.camera import Camera, sample_offsets
+from glbump.camera import Camera, sample_number, sample_offsets
 from glbump.contents import Contents
 from glbump.environment import (
     BoxBounds,
@@ -31,7 +31,7 @@ from glbump.maps.pyramid import chain as box_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
 from glbump.reference import ggx
-from glbump.reference.lobe import Facets, lobe_factors, sample_number
+from glbump.reference.lobe import Facets, lobe_factors
 from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
 

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from glbump.camera import pixel_steps, projection_matrix, sample_offsets, view_matrix
+from glbump.camera import pixel_steps, projection_matrix, sample_number, sample_offsets, view_matrix
 from glbump.contents import Contents
 from glbump.environment import BoxBounds, Environment, Pictured, Procedural
 from glbump.frozen import Frozen
@@ -21,7 +21,6 @@ from glbump.maps.levels import level_sizes
 from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, DIFFUSES, GENERAL, MESH
-from glbump.reference.lobe import sample_number
 from glbump.reference.reflect import f0_from_ior
 from glbump.relief import LEVEL_WIDTH, Layer
 from glbump.scene import MOST_BUMPS, Bump, Material, Scene, Surface

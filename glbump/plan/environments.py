@@ -30,7 +30,6 @@ from glbump.plan.choices import (
 )
 from glbump.plan.materials import gloss_chain, light_of
 from glbump.plan.room import require_room
-from glbump.reference.computed import is_averaged
 from glbump.reference.suns import suns_apart
 from glbump.scene import Material, Scene
 
@@ -256,6 +255,8 @@ def _computed(draft: Draft, name: str, environment: Procedural) -> dict[str, int
     """The defines of an environment that is a function of the direction."""
     quality = draft.quality
     draft.note(name, environment.kind, "computed for each sample; no picture, no texture, no sampler")
+    from glbump.reference.computed import is_averaged  # pictures need none of it
+
     averaged = is_averaged(quality.environment_filter, quality.samples)
     why = "averaged over each sample's footprint" if averaged else "the function itself; the samples average"
     draft.note(f"{name} filter", "analytic" if averaged else "none", why)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -33,13 +32,6 @@ def lobe_factors(n_dot_v: npt.ArrayLike, roughness: npt.ArrayLike, dfg: str) -> 
     near, far = (texels[j + k, i] * (1 - x) + texels[j + k, i + 1] * x for k in (0, 1))
     result: F64 = near * (1 - y) + far * y
     return result
-
-
-def sample_number(x: float, y: float, samples: int) -> int:
-    """Of a pixel's `samples` (camera.sample_offsets) the number of that at x from the left and y from the top: by rows
-    from the lowest; each of four has a row of its own."""
-    rows, columns = (4, 1) if samples == 4 else (math.isqrt(samples),) * 2
-    return int((1 - y) * rows) * columns + int(x * columns)
 
 
 class Facets(Frozen):

@@ -14,7 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump import validate as check
-from glbump.camera import Camera, near_far, pixel_rays, pixel_steps, projection_matrix, sample_offsets, view_matrix
+from glbump.camera import (
+    Camera,
+    near_far,
+    pixel_rays,
+    pixel_steps,
+    projection_matrix,
+    sample_number,
+    sample_offsets,
+    view_matrix,
+)
 from glbump.captures import captured
 from glbump.contents import Contents
 from glbump.environment import Environment
@@ -28,7 +37,7 @@ from glbump.reference import spread as spreads
 from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.environment import sh9_irradiance
-from glbump.reference.lobe import Facets, lobe_factors, sample_number
+from glbump.reference.lobe import Facets, lobe_factors
 from glbump.reference.relief import Relief
 from glbump.reference.sun import sun_reflected
 from glbump.reference.suns import suns_apart

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from glbump.contents import Contents
 from glbump.environment import Captured, Environment, Pictured
-from glbump.maps.suns import Sun
 from glbump.quality import Quality
 from glbump.scene import Scene
+
+if TYPE_CHECKING:
+    from glbump.maps.suns import Sun
 
 
 def suns_apart(

@@ -14,7 +14,6 @@ from glbump.gl.targets import read
 from glbump.maps.colour import eight_bit, tone_map
 from glbump.quality import PRESETS, quality_of
 from glbump.shown import ramp
-from glbump.trade.metrics import compare, difference_picture
 
 if TYPE_CHECKING:
     from glbump.gl.prepared import Drawn
@@ -90,11 +89,18 @@ class Comparison:
         samples = self.next_samples
         if samples is not None:
             assert stage.picture is not None
-            quality = replace(quality_of("exact" if self.second == TRUTH else self.second), samples=samples)
-            picture = stage.renderer.draw(shown.scene, stage.room, quality, use="second", stop=stop)
+            second, size = self.second, stage.picture.frame.size
+            quality = replace(quality_of("exact" if second == TRUTH else second), samples=samples)
+            picture = None
+            try:
+                picture = stage.renderer.draw(
+                    shown.scene, size, quality, use="second", stop=lambda: stop() or self.second != second or not self.way
+                )
+            finally:
+                if picture is None:
+                    # What it was drawn in may be half drawn over, or gone.
+                    self._forget()
             if picture is None:
-                # Its target may be half drawn over.
-                self._forget()
                 return False
             self.picture, self._samples = picture, samples
             self._pair = read(stage.picture.frame)[::-1], read(picture.frame)[::-1]
@@ -102,6 +108,8 @@ class Comparison:
         return True
 
     def _measure(self, tone: str, exposure: float) -> None:
+        from glbump.trade.metrics import difference_picture  # of no use before the first picture, as below
+
         assert self._pair is not None
         ours, second = (on_screen(light, tone, exposure) for light in self._pair)
         name = f"{TRUTH}: exact" if self.second == TRUTH else self.second
@@ -141,6 +149,8 @@ def on_screen(light: Light, tone: str, exposure: float) -> npt.NDArray[np.float3
 
 def apart(ours: npt.NDArray[np.float32], other: npt.NDArray[np.float32]) -> str:
     """How far two pictures of `on_screen` are apart, in words; figures of glbump.trade."""
+    from glbump.trade.metrics import compare
+
     figures = compare(ours, other, perceptual=False)
     rms, often, most = (255 * figures[name] for name in ("rmse", "p99", "max"))
     return f"{_short(rms)} of 255 apart (rms), {_short(often)} in 1 pixel of 100, {_short(most)} at most"

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from glbump.errors import SceneError
-from glbump.maps.animation import write_gif
 from glbump.scene import Scene
 from glbump.scenefile import files_of, save_scene, scene_from_dict, scene_to_dict
 from glbump.viewer.navigation import orbit
@@ -33,7 +31,7 @@ def picture(viewer: Viewer) -> None:
     def job() -> Iterator[str]:
         yield "drawing a picture"
         path = free_name(viewer.folder, viewer.shown.stem, ".png")
-        frame = viewer.render(viewer.shown.scene)
+        frame = viewer.render(viewer.shown.scene, viewer.stage.room, viewer.shown.quality)
         frame.save(path, tone=viewer.shown.tone, exposure=viewer.shown.exposure)
         viewer.shown.say(f"{path}  {frame.size[0]}x{frame.size[1]}")
 
@@ -44,20 +42,25 @@ def turntable(viewer: Viewer, suffix: str) -> None:
     """The camera once round its target, as a folder of numbered PNGs or as one GIF."""
 
     def job() -> Iterator[str]:
+        # What happens to the window while it goes on changes nothing of it.
         scene, tone, exposure = viewer.shown.scene, viewer.shown.tone, viewer.shown.exposure
+        size, quality = viewer.stage.room, viewer.shown.quality
         target = free_name(viewer.folder, f"{viewer.shown.stem}-turntable", "" if suffix == ".png" else suffix)
         if suffix == ".png":
             target.mkdir()
         frames = []
         for i in range(STEPS):
             yield f"turntable: picture {i + 1} of {STEPS} (Esc stops it)"
-            frame = viewer.render(Scene(scene.surfaces, scene.environment, orbit(scene.camera, -i / STEPS, 0)))
+            turned = Scene(scene.surfaces, scene.environment, orbit(scene.camera, -i / STEPS, 0))
+            frame = viewer.render(turned, size, quality)
             if suffix == ".png":
                 frame.save(target / f"{i:03}.png", tone=tone, exposure=exposure)
             else:
                 frames.append(frame.display(tone, exposure))
         if frames:
             yield "turntable: writing the GIF"
+            from glbump.maps.animation import write_gif
+
             write_gif(target, frames, PER_SECOND)
         viewer.shown.say(f"{target}  {STEPS} pictures")
 
@@ -73,6 +76,8 @@ def scene(viewer: Viewer) -> None:
 def save_with_files(content: Scene, path: Path) -> Path:
     """Write a scene file, and copies of pictures and meshes that lie elsewhere in NAME-files beside it, so that it can
     be opened from where it is. SceneError where one cannot be copied, or the scene holds arrays."""
+    import shutil
+
     folder = path.resolve().parent
     beside = folder / f"{path.stem}-files"
     copies: dict[Path, Path] = {}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -18,11 +16,7 @@ from glbump.contents import Contents
 from glbump.environment import CubeMap, Environment, HemiCube, Hemisphere, LatLong, LightProbe, Octahedral
 from glbump.errors import GlbumpError, ImageError, MeshError, SceneError
 from glbump.frozen import Frozen
-from glbump.maps.containers import TEXTURE_SUFFIXES
-from glbump.maps.facefiles import face_files
 from glbump.maps.files import cache_folder
-from glbump.maps.images import colour_of
-from glbump.maps.stored import check_file, read_stored
 from glbump.plan.surfaces import world_bounds
 from glbump.scene import Bump, NormalMap, Scene, Surface
 from glbump.scenefile import load_scene
@@ -57,7 +51,10 @@ def kind_of(path: Path) -> tuple[str, str]:
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return SCENE, "its name ends in .toml"
+    from glbump.maps.containers import TEXTURE_SUFFIXES
+    from glbump.maps.facefiles import face_files
     from glbump.maps.lint.use import COLOUR, ENVIRONMENT, HEIGHT, use_of
+    from glbump.maps.stored import check_file, read_stored
 
     if suffix in MESH_SUFFIXES:
         check_file(path)
@@ -157,9 +154,14 @@ def dropped(path: Path, scene: Scene, surface: int, contents: Contents) -> Scene
 
 def environment_in(path: Path) -> Environment:
     """The environment that a picture, a texture file or a folder of six holds. ImageError where it cannot be read."""
+    from glbump.maps.containers import TEXTURE_SUFFIXES
+    from glbump.maps.facefiles import face_files
+
     if path.suffix.lower() in TEXTURE_SUFFIXES or face_files(path) is not None:
         return CubeMap(path)
     from glbump.maps.detect import detect
+    from glbump.maps.images import colour_of
+    from glbump.maps.stored import read_stored
     from glbump.maps.unfolding import UNFOLDINGS
 
     layout = detect(colour_of(read_stored(path))).layout
@@ -206,6 +208,9 @@ def bounds(scene: Scene, contents: Contents) -> npt.NDArray[np.float64] | None:
 def _demo_maps(names: list[str]) -> Path:
     """The folder of the demo's maps, with these in it. They are computed once for each version of the package, and
     kept among the user's caches; where there is no writing, for this time alone."""
+    import hashlib
+    import tempfile
+
     from glbump import demo
 
     recipe = hashlib.sha256(b"".join(f.read_bytes() for f in sorted(Path(demo.__file__).parent.glob("*.py"))))

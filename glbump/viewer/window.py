@@ -21,13 +21,13 @@ from glbump.scene import Scene
 from glbump.viewer.comparing import FLICKER, WIPE, Comparison
 from glbump.viewer.hands import ACTION, Hands
 from glbump.viewer.pace import Pace, Step, scaled
-from glbump.viewer.plates import plates, status
 from glbump.viewer.regions import RegionReference
 from glbump.viewer.showing import Open, Showing
 from glbump.viewer.stage import Stage, Timing
 
 if TYPE_CHECKING:
     from glbump.gl import prepared
+    from glbump.gl.screen import Box
     from glbump.viewer.panel import Panel
 
 LOOK = 0.25
@@ -76,6 +76,7 @@ class Viewer:
         self._looked, self._title = 0.0, ""
         # The line at the bottom, and since when: figures that change with every frame are not read.
         self._told, self._line, self._rests = 0.0, "", False
+        self._is_seen = False
         self._before: tuple[int, int, int, int] | None = None
         self.hands.listen()
         self.shown.go(0)
@@ -150,6 +151,12 @@ class Viewer:
     def is_hidden(self) -> bool:
         """Whether there is not a pixel to draw, as while it is minimised."""
         return min(self.stage.size) == 0
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the first picture has come to the screen, or the lack of one. Words over it come with the next frame:
+        what writes them takes as long to load as the picture takes to draw."""
+        return self._is_seen
 
     @property
     def is_settled(self) -> bool:
@@ -259,15 +266,23 @@ class Viewer:
         if shown.subject.title != self._title:
             self._title = shown.subject.title
             glfw.set_window_title(self.stage.window, f"{self._title} - glbump")
-        now = time.perf_counter()
-        if now - self._told > LOOK or self._rests:
-            self._told, self._line = now, status(self)
         self.comparison.begin(shown.version)
-        boxes = plates(self, self.stage.size, self.stage.ratio, self._line)
+        boxes = self._words() if self._is_seen else []
         over = self.panel.draw if self.panel is not None and self.panel.is_shown else None
         ms = self.stage.present(shown.tone, shown.exposure, boxes, over, self.beside)
         if self.timings:
             self.timings[-1] = self.timings[-1]._replace(present=ms)
+        if not self._is_seen and not shown.is_busy:
+            self._is_seen = True
+            shown.expose()
+
+    def _words(self) -> list[Box]:
+        from glbump.viewer.plates import plates, status
+
+        now = time.perf_counter()
+        if now - self._told > LOOK or self._rests:
+            self._told, self._line = now, status(self)
+        return plates(self, self.stage.size, self.stage.ratio, self._line)
 
     def render(self, scene: Scene) -> Frame:
         """A picture at the window's size and the chosen quality, read back."""
