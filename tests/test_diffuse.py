@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_cube import directions
 
 from glbump.maps.cube import sample_levels, solid_angles, vector_areas
 from glbump.maps.diffuse import cells, irradiance_map, light_vectors, sh9
 from glbump.maps.images import read_colour
-from glbump.maps.layout import CUBE, LATLONG, OCTAHEDRAL, EnvironmentMap, latlong_dir, on_border, texel_dirs
+from glbump.maps.layout import CUBE, LATLONG, OCTAHEDRAL, EnvironmentMap, latlong_dir, on_border, row_edges, texel_dirs
 from glbump.maps.pictured import environment_of
 from glbump.maps.suns import part
 from glbump.reference.environment import sh9_irradiance
@@ -19,11 +20,6 @@ from glbump.reference.irradiance import Quadrature
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 PHOTOGRAPHS = ("cc0/venice.exr", "cc0/workshop.exr", "openexr/KernerEnvLatLong.exr")
-
-
-def directions(count: int) -> Any:
-    d = np.random.default_rng(7).normal(size=(count, 3))
-    return d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
 def shipped(name: str) -> EnvironmentMap:
@@ -57,13 +53,16 @@ def even(dirs: Any) -> Any:
     return 0.3 + 0 * dirs[..., 0]
 
 
+def texels(pano: EnvironmentMap) -> tuple[Any, Any, Any]:
+    """Directions, solid angles and radiance of all texels of a lat-long picture, in rows."""
+    area = np.repeat(-np.diff(np.cos(row_edges(pano))) * 2 * np.pi / pano.size[0], pano.size[0])
+    return pano.texel_dirs().reshape(-1, 3), area, pano.pixels.reshape(-1, 3).astype(np.float64)
+
+
 def by_sum(environment: EnvironmentMap, normals: Any) -> Any:
     """Irradiance / pi of a lat-long picture, texel by texel in float64."""
-    width, height = environment.size
-    edges = (np.arange(height + 1) / height - environment.offset[1]) / environment.scale[1]
-    rows = -np.diff(np.cos(np.pi * np.clip(edges, 0, 1))) * 2 * np.pi / width
-    dirs, radiance = environment.texel_dirs().reshape(-1, 3), environment.pixels.reshape(-1, 3).astype(np.float64)
-    return np.stack([(np.maximum(dirs @ n, 0) * np.repeat(rows, width)) @ radiance for n in normals]) / np.pi
+    dirs, area, radiance = texels(environment)
+    return np.stack([(np.maximum(dirs @ n, 0) * area) @ radiance for n in normals]) / np.pi
 
 
 def summed(environment: EnvironmentMap, normals: Any, fineness: int = 64) -> Any:

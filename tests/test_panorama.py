@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_cube import directions
 
 from glbump.errors import ImageError
 from glbump.maps import cube, pyramid
@@ -36,11 +37,6 @@ def shipped(name: str) -> Any:
     if not path.exists():
         pytest.skip(f"needs ../shared/data/openexr/{name}.exr beside the repository")
     return read_colour(path)
-
-
-def directions(count: int) -> Any:
-    d = np.random.default_rng(7).normal(size=(count, 3))
-    return d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
 @pytest.mark.parametrize("axis", AXES)

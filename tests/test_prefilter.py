@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from test_diffuse import directions, grey, shipped, texels
 
 from glbump.errors import LimitError
 from glbump.gl import bake
 from glbump.gl.context import Context
-from glbump.maps import cube, layout
+from glbump.maps import cube
 from glbump.maps.cube import solid_angles
 from glbump.maps.diffuse import sh9
 from glbump.maps.gloss import area_faces, gloss_chain, sampled_lobe, without_bright
 from glbump.maps.images import read_colour
-from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, latlong_dir, texel_dirs
+from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap, Layout, latlong_uv, on_border, texel_dirs
 from glbump.maps.pictured import environment_of
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
-
-
-def directions(count: int) -> Any:
-    d = np.random.default_rng(7).normal(size=(count, 3))
-    return d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
 def basis(n: Any) -> Any:
@@ -33,37 +30,18 @@ def basis(n: Any) -> Any:
     return np.stack([np.ones_like(x), y, z, x, x * y, y * z, 3 * z * z - 1, x * z, x * x - y * y], axis=-1)
 
 
-def on_border(n: int) -> Any:
-    """Directions (6, n, n, 3) of the samples of an OpenEXR cube, by the OpenGL table."""
-    at = np.arange(n) / (n - 1)
-    d = cube.face_dir(np.arange(6)[:, None, None], at[None, None, :], at[None, :, None])
-    return d / np.linalg.norm(d, axis=-1, keepdims=True)
-
-
-def _pixels(radiance: Any, dirs: Any) -> Any:
-    return np.repeat(radiance(dirs)[..., None], 3, axis=-1).astype(np.float32)
-
-
-def _latlong(radiance: Any) -> EnvironmentMap:
-    u, v = np.meshgrid((np.arange(256) + 0.5) / 256, (np.arange(128) + 0.5) / 128)
-    return EnvironmentMap(LATLONG, _pixels(radiance, latlong_dir(np.stack([u, v], axis=-1)))[None])
-
-
-def _latlong_on_border(radiance: Any) -> EnvironmentMap:
-    """As OpenEXR has it: 255 columns after the duplicate, 128 rows from pole to pole, the centre +Z."""
-    u, v = np.meshgrid(0.5 + np.arange(255) / 255, np.arange(128) / 127)
-    dirs = latlong_dir(np.stack([u, v], axis=-1))
-    return EnvironmentMap(LATLONG, _pixels(radiance, dirs)[None], (1.0, 127 / 128), (0.5 / 255 - 0.5, 0.5 / 128))
+def _made(kind: Layout, size: tuple[int, int], *grid: tuple[float, float]) -> Callable[[Any], EnvironmentMap]:
+    """An environment of a radiance by direction."""
+    return lambda radiance: EnvironmentMap(kind, grey(radiance, texel_dirs(kind, size, *grid)), *grid)
 
 
 KINDS: dict[str, Any] = {
-    "lat-long": _latlong,
-    "lat-long on the border": _latlong_on_border,
-    "cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_dirs(CUBE, (64, 64)))),
-    "large cube": lambda radiance: EnvironmentMap(CUBE, _pixels(radiance, texel_dirs(CUBE, (300, 300)))),
-    "cube on the border": lambda radiance: EnvironmentMap(
-        CUBE, _pixels(radiance, on_border(64)), *layout.on_border((64, 64))
-    ),
+    "lat-long": _made(LATLONG, (256, 128)),
+    # As OpenEXR has it: 255 columns after the duplicate, 128 rows from pole to pole, the centre +Z.
+    "lat-long on the border": _made(LATLONG, (255, 128), (1.0, 127 / 128), (0.5 / 255 - 0.5, 0.5 / 128)),
+    "cube": _made(CUBE, (64, 64)),
+    "large cube": _made(CUBE, (300, 300)),
+    "cube on the border": _made(CUBE, (64, 64), *on_border((64, 64))),
 }
 
 
@@ -98,22 +76,6 @@ def test_a_point_light_shows_the_published_error() -> None:
     error = np.abs(got - np.maximum(cosine, 0))
     assert error.max() == pytest.approx(3 / 32, abs=1e-4)
     assert cosine[error.argmax()] == pytest.approx(0, abs=1e-3)
-
-
-def texels(pano: EnvironmentMap) -> tuple[Any, Any, Any]:
-    """Directions, solid angles and radiance of all texels of a lat-long picture, in rows."""
-    width, height = pano.size
-    u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
-    uv = (np.stack([u, v], axis=-1) - pano.offset) / pano.scale
-    edges = np.cos(np.pi * np.clip((np.arange(height + 1) / height - pano.offset[1]) / pano.scale[1], 0, 1))
-    area = np.repeat((edges[:-1] - edges[1:]) * 2 * np.pi / width, width)
-    return latlong_dir(uv).reshape(-1, 3), area, pano.pixels.reshape(-1, 3).astype(np.float64)
-
-
-def shipped(name: str) -> EnvironmentMap:
-    if not (DATA / name).exists():
-        pytest.skip(f"needs ../shared/data/{name} beside the repository")
-    return environment_of(read_colour(DATA / name), "lat-long")
 
 
 def test_diffuse_light_of_a_photograph() -> None:
@@ -336,4 +298,4 @@ def test_panorama_and_cube_agree_on_the_shipped_pair() -> None:
     faces = environment_of(read_colour(DATA / "openexr" / "KernerEnvCube.exr"), "cube")
     a, b = sh9(pano), sh9(faces)
     assert np.abs(a - b).max() < 0.02 * a[0].max()
-    assert layout.latlong_uv(a[[3, 1, 2], 0]) == pytest.approx(layout.latlong_uv(b[[3, 1, 2], 0]), abs=2e-3)
+    assert latlong_uv(a[[3, 1, 2], 0]) == pytest.approx(latlong_uv(b[[3, 1, 2], 0]), abs=2e-3)
