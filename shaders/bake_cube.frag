@@ -1,8 +1,9 @@
-// A lat-long picture to the six faces of a cube, one above the other: target N wide, 6 N high. Each texel is the mean of
-// across x across bilinear reads.
+// A lat-long picture to faces of a cube, from first_face on, one above the other: target N wide and 6 N high, or N x N.
+// Each texel is the mean of across x across bilinear reads.
 
 #include "environment_input.glsl"
 
+uniform int first_face;
 uniform int face_size;
 uniform int across;
 
@@ -12,6 +13,7 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     int face = at.y / face_size;
     vec2 corner = vec2(at.x, at.y - face * face_size);
+    face += first_face;
     vec3 sum = vec3(0.0);
     for (int i = 0; i < across * across; i++) {
         vec2 within = (vec2(i % across, i / across) + 0.5) / float(across);

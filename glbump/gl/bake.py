@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -11,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from glbump.gl.context import Context
-from glbump.gl.levels import cube_texture, texture_2d
+from glbump.gl.levels import CUBE_POSITIVE_X, cube_texture, texture_2d
 from glbump.gl.program import build_program
 from glbump.gl.source import resolve
 from glbump.maps.layout import CUBE, LATLONG, EnvironmentMap
@@ -24,12 +26,42 @@ BRIGHT = 64
 """Texels of the environment whose light a drawn chain does not leave to its samples."""
 
 Texture = moderngl.Texture | moderngl.TextureCube
+_FRAMEBUFFER, _COLOR = 0x8D40, 0x8CE0
 
 
 def faces_of_panorama(
     context: Context, panorama: EnvironmentMap, size: int, dtype: str, exponent: int = 0
 ) -> npt.NDArray[np.floating[Any]]:
-    """A lat-long picture / 2**exponent resampled to six faces, (6, size, size, 4) of dtype "f2" or "f4".
+    """A lat-long picture / 2**exponent resampled to six faces, (6, size, size, 4) of dtype "f2" or "f4"."""
+    with _panorama_program(context, _fitting(panorama, size, exponent), 1) as (program, textures):
+        return _drawn(context, program, textures, {}, size, dtype)
+
+
+def cube_of_panorama(
+    context: Context, panorama: EnvironmentMap, size: int, dtype: str, exponent: int = 0
+) -> moderngl.TextureCube:
+    """The same as a texture without levels: drawn where it is needed, and nobody waits for it."""
+    cube = context.gl.texture_cube((size, size), 4, dtype=dtype)
+    # moderngl attaches no faces: one is put in place of a texture of their size.
+    target = context.gl.texture((size, size), 4, dtype=dtype)
+    frame = context.gl.framebuffer([target])
+    u, i = ctypes.c_uint, ctypes.c_int
+    attach = context.native.entry("glFramebufferTexture2D", u, u, u, u, i)
+    with _panorama_program(context, _fitting(panorama, size, exponent), 1) as (program, textures):
+        empty = _begin(context, program, textures, size)
+        frame.use()
+        for face in range(6):
+            attach(_FRAMEBUFFER, _COLOR, CUBE_POSITIVE_X + face, cube.glo, 0)
+            program["first_face"] = face
+            empty.render(vertices=3)
+        context.unbind()
+        for thing in (empty, frame, target):
+            thing.release()
+    return cube
+
+
+def _fitting(panorama: EnvironmentMap, size: int, exponent: int) -> EnvironmentMap:
+    """What the texels of a cube's faces are read from, / 2**exponent.
 
     One bilinear read for each texel, in the level whose texels are nearest in size to the cube's: at most the square
     root of 2 apart, so none is passed over.
@@ -37,10 +69,9 @@ def faces_of_panorama(
     # A texel at the middle of a face spans 2 / size radians, one of the picture 2 pi / width.
     level = max(0, round(math.log2(panorama.size[0] / (math.pi * size))))
     light = chain(panorama.pixels[0], level)[-1]
-    source = EnvironmentMap(
+    return EnvironmentMap(
         LATLONG, (np.ldexp(light, -exponent) if exponent else light)[None], panorama.scale, panorama.offset
     )
-    return _faces_of(context, source, size, 1, dtype)
 
 
 def gloss_chain(context: Context, environment: EnvironmentMap, size: int, samples: int) -> list[F32]:
@@ -52,7 +83,8 @@ def gloss_chain(context: Context, environment: EnvironmentMap, size: int, sample
 
     if environment.layout is LATLONG:
         source, across = area_reads(environment, size)
-        faces = np.ascontiguousarray(_faces_of(context, source, size, across, "f4")[..., :3])
+        with _panorama_program(context, source, across) as (panorama, read):
+            faces = np.ascontiguousarray(_drawn(context, panorama, read, {}, size, "f4")[..., :3])
     else:
         faces = area_faces(environment, size)
     dull, *bright = without_bright(faces, BRIGHT)
@@ -85,10 +117,11 @@ def _table(context: Context, rows: npt.NDArray[Any]) -> moderngl.Texture:
     return context.gl.texture((width, height), channels, rows.astype(np.float32), dtype="f4")
 
 
-def _faces_of(
-    context: Context, panorama: EnvironmentMap, size: int, across: int, dtype: str
-) -> npt.NDArray[np.floating[Any]]:
-    """(6, size, size, 4), each texel the mean of across x across bilinear reads."""
+@contextmanager
+def _panorama_program(
+    context: Context, panorama: EnvironmentMap, across: int
+) -> Iterator[tuple[moderngl.Program, dict[str, Texture]]]:
+    """What draws a panorama's faces, each texel the mean of across x across bilinear reads; and what it reads."""
     defines = {
         "ENVIRONMENT": DRAWN_LAYOUTS.index(LATLONG),
         "ENVIRONMENT_BORDER": int(panorama.has_own_grid),
@@ -98,16 +131,29 @@ def _faces_of(
         "EXPOSURE": 0,
     }
     program = build_program(context.gl, resolve("fullscreen.vert"), resolve("bake_cube.frag", defines=defines))
-    values: dict[str, Any] = {"across": across}
+    program["across"] = across
     if panorama.has_own_grid:
-        values["border"] = (*panorama.scale, *panorama.offset)
-    source = texture_2d(context, [panorama.pixels[0]], dtype)
+        program["border"] = (*panorama.scale, *panorama.offset)
+    # As the picture is: to make halves of it would take half as long as drawing the faces.
+    source = texture_2d(context, [panorama.pixels[0]], "f4")
     source.repeat_y = False
-    faces = _drawn(context, program, {"environment": source}, values, size, dtype)
-    context.unbind()
-    for thing in (program, source):
-        thing.release()
-    return faces
+    try:
+        yield program, {"environment": source}
+    finally:
+        for thing in (program, source):
+            thing.release()
+
+
+def _begin(
+    context: Context, program: moderngl.Program, textures: Mapping[str, Texture], size: int
+) -> moderngl.VertexArray:
+    """All set for drawing faces."""
+    program["face_size"] = size
+    for unit, (name, texture) in enumerate(textures.items()):
+        program[name] = unit
+        texture.use(unit)
+    context.gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
+    return context.gl.vertex_array(program, [])
 
 
 def _drawn(
@@ -119,17 +165,11 @@ def _drawn(
     dtype: str,
 ) -> npt.NDArray[np.floating[Any]]:
     """(6, size, size, 4): faces that a program draws one above the other."""
-    gl = context.gl
-    program["face_size"] = size
     for name, value in values.items():
         program[name] = value
-    for unit, (name, texture) in enumerate(textures.items()):
-        program[name] = unit
-        texture.use(unit)
-    target = gl.texture((size, 6 * size), 4, dtype=dtype)
-    frame, empty = gl.framebuffer([target]), gl.vertex_array(program, [])
+    target = context.gl.texture((size, 6 * size), 4, dtype=dtype)
+    frame, empty = context.gl.framebuffer([target]), _begin(context, program, textures, size)
     frame.use()
-    gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
     empty.render(vertices=3)
     faces = np.frombuffer(target.read(), dtype).reshape(6, size, size, 4)
     context.unbind()

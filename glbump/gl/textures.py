@@ -164,13 +164,13 @@ class Store:
         picture, stored = self._contents.environment(plan.environment), LIGHT_FORMATS[plan.texture_format]
         exponent = plan.pre_exposure
         if plan.size is not None and picture.layout is LATLONG and plan.layout is CUBE:
-            from glbump.gl.bake import faces_of_panorama
+            from glbump.gl.bake import cube_of_panorama, faces_of_panorama
 
             # Codes are made of what is drawn, and those of 10 bits are finer than halves are below 1.
             drawn = "f2" if stored.dtype in ("f2", "srgb8") else "f4"
-            faces = faces_of_panorama(self._context, picture, plan.size, drawn, exponent)
             if stored.dtype == drawn and (plan.filter == "bilinear" or plan.pyramid == "hardware"):
-                return self._drawn_cube(faces, plan.filter)
+                return self._drawn_cube(cube_of_panorama(self._context, picture, plan.size, drawn, exponent), plan)
+            faces = faces_of_panorama(self._context, picture, plan.size, drawn, exponent)
             picture, exponent = EnvironmentMap(CUBE, faces[..., :3].astype(np.float32)), 0
         elif plan.size is not None and plan.layout is not None:
             picture = resampled(picture, plan.layout, plan.size)
@@ -183,14 +183,13 @@ class Store:
         texture.filter = FILTERS[plan.filter if plan.layout in (LATLONG, CUBE) else "bilinear"]
         return texture, size
 
-    def _drawn_cube(self, faces: npt.NDArray[Any], filter: str) -> tuple[Any, int]:
-        """Of floats (6, n, n, 4), with the driver's own levels where the filter reads them."""
-        n = faces.shape[1]
-        texture = self._context.gl.texture_cube((n, n), 4, faces, dtype=faces.dtype.str[1:])
-        if filter != "bilinear":
+    def _drawn_cube(self, texture: moderngl.TextureCube, plan: EnvironmentPlan) -> tuple[Any, int]:
+        """With the driver's own levels where the filter reads them."""
+        if plan.filter != "bilinear":
             generate_levels(self._context, texture)
-        texture.filter = FILTERS[filter]
-        return texture, faces.nbytes * (4 if filter != "bilinear" else 3) // 3
+        texture.filter = FILTERS[plan.filter]
+        size = 6 * texture.size[0] ** 2 * 4 * int(texture.dtype[1])
+        return texture, size * (4 if plan.filter != "bilinear" else 3) // 3
 
     def panorama(self, layout: Layout, levels: Sequence[F32], format: str, exponent: int = 0) -> tuple[Any, int]:
         """A texture of an environment's levels (tiles, h, w, 3) / 2**exponent, in a format of LIGHT_FORMATS, and its
