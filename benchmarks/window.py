@@ -117,11 +117,11 @@ def _frames(scene: Path, size: int, turns: int) -> None:
 
         def render() -> None:
             moved()
-            viewer.render(viewer.shown.scene)
+            viewer.render(viewer.shown.scene, viewer.stage.room, viewer.shown.quality)
 
         def display() -> None:
             moved()
-            viewer.render(viewer.shown.scene).display()
+            viewer.render(viewer.shown.scene, viewer.stage.room, viewer.shown.quality).display()
 
         times = in_turns({"window": window, "render": render, "display": display}, turns, 2)
         found[quality] = {name: of.wall for name, of in times.items()}

@@ -91,11 +91,13 @@ class Comparison:
             assert stage.picture is not None
             second, size = self.second, stage.picture.frame.size
             quality = replace(quality_of("exact" if second == TRUTH else second), samples=samples)
+
+            def stops() -> bool:
+                return stop() or self.second != second or not self.way
+
             picture = None
             try:
-                picture = stage.renderer.draw(
-                    shown.scene, size, quality, use="second", stop=lambda: stop() or self.second != second or not self.way
-                )
+                picture = stage.renderer.draw(shown.scene, size, quality, use="second", stop=stops)
             finally:
                 if picture is None:
                     # What it was drawn in may be half drawn over, or gone.

@@ -32,10 +32,22 @@ def quad(x: int, y: int, size: tuple[int, int]) -> Region:
     return left, top, min(2, size[0] - left), size[1] - above - top
 
 
-def inspect(viewer: Viewer, x: int, y: int) -> Iterator[str]:
-    """A job that tells of pixel (x, y) of the picture, row 0 on top, as the renderer draws it at the chosen quality."""
-    shown, size = viewer.shown, viewer.stage.room
-    renderer = viewer.stage.renderer
+def inspect(viewer: Viewer, x: int, y: int, size: tuple[int, int]) -> Iterator[str]:
+    """A job that tells of pixel (x, y) of the picture of `size`, row 0 on top, as the renderer draws it at the chosen
+    quality. It says nothing where another picture is shown before it is done."""
+    version = viewer.shown.version
+
+    def job() -> Iterator[str]:
+        for says in _pieces(viewer, x, y, size):
+            yield says
+            if viewer.shown.version != version:
+                return
+
+    return job()
+
+
+def _pieces(viewer: Viewer, x: int, y: int, size: tuple[int, int]) -> Iterator[str]:
+    shown, renderer = viewer.shown, viewer.stage.renderer
     yield "inspecting ..."
     light = renderer.render(shown.scene, size, shown.quality).pixels[y, x]
     rows = [("pixel", f"{x}, {y}, from the upper left corner"), ("light", _numbers(light[:3]))]

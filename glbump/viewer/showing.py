@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from glbump.gl.source import SUFFIXES, find_shaders
 from glbump.quality import Quality, quality_of
 from glbump.scene import Scene, with_value
 from glbump.scenefile import files_of, load_scene
+from glbump.shapes import Shape
 from glbump.shown import SHOWN
 from glbump.viewer import navigation, opening
 from glbump.viewer.opening import Subject
@@ -156,7 +158,11 @@ class Showing:
         self.begin(job())
 
     def drop(self, paths: Sequence[Path], surface: int) -> None:
-        """Files dropped on the window: scenes are opened, all others become part of this one, bumps on `surface`."""
+        """Files dropped on the window: scenes are opened, all others become part of this one, bumps on `surface`; on
+        the first where other surfaces have come before their turn does, by a mesh among the files, say."""
+
+        def shapes() -> list[Shape]:
+            return [surface.shape for surface in self.scene.surfaces]
 
         def job() -> Iterator[str]:
             for path in paths:
@@ -164,8 +170,10 @@ class Showing:
                 if not self.scene.surfaces or opening.kind_of(path)[0] == opening.SCENE:
                     self.show_subject(opening.opened(path, self.contents))
                 else:
-                    self.show(opening.dropped(path, self.scene, surface, self.contents))
+                    place = surface if shapes() == pointed else 0
+                    self.show(opening.dropped(path, self.scene, place, self.contents))
 
+        pointed = shapes()
         self.begin(job())
 
     def look_at_files(self) -> bool:
@@ -216,7 +224,7 @@ class Showing:
 
     def complain(self, what: str, error: Exception) -> None:
         """Something went wrong."""
-        self._troubles[what] = told(error)
+        self._troubles[what] = told(error, self._troubles.get(what, ""))
         self.expose()
 
     def forgive(self, what: str) -> None:
@@ -269,12 +277,16 @@ class Showing:
         self.expose()
 
 
-def told(error: Exception) -> str:
-    """What went wrong, for the window: the first lines of glbump's own errors; of others what to do."""
+def told(error: Exception, before: str = "") -> str:
+    """What went wrong, for the window: the first lines of glbump's own errors; of others what to do. Where a defect
+    came from is written to stderr, unless `before`, what was said last, is the same."""
     if isinstance(error, GlbumpError):
         return "\n".join(str(error).splitlines()[:8])
     if isinstance(error, OSError) and error.strerror:
         return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
     if isinstance(error, MemoryError):
         return "out of memory; make the window smaller, or choose another quality"
-    return f"a defect of glbump, please report it: {type(error).__name__}: {error}"
+    says = f"a defect of glbump, please report it with what the terminal shows: {type(error).__name__}: {error}"
+    if says != before:
+        traceback.print_exception(error)
+    return says

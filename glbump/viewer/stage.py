@@ -57,9 +57,9 @@ class Stage:
 
     @property
     def room(self) -> tuple[int, int]:
-        """(width, height) in pixels of the picture."""
+        """(width, height) in pixels of the picture, 1 at least."""
         width, height = self.size
-        return max(1, width - self.left), height
+        return max(1, width - self.left), max(1, height)
 
     @property
     def ratio(self) -> float:

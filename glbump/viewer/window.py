@@ -38,10 +38,12 @@ NO_PANEL = "the panel needs imgui-bundle: pip install 'glbump[view]'; F1 shows w
 
 
 class Drawn(NamedTuple):
-    """What the picture on the screen is of: a version of what is shown, and how finely it was drawn."""
+    """What the picture on the screen is of: a version of what is shown, and how finely it was drawn. fails: whether
+    that went wrong, and the picture is the one before."""
 
     version: int
     step: Step
+    fails: bool = False
 
 
 class Viewer:
@@ -161,7 +163,7 @@ class Viewer:
     @property
     def is_settled(self) -> bool:
         """Whether nothing is left to be drawn until something changes."""
-        done = self._drawn == (self.shown.version, self._whole)
+        done = self._drawn[:2] == (self.shown.version, self._whole)
         return done and not self.shown.is_busy and not self.shown.exposed and not self._compares
 
     # ------------------------------------------------------------ drawing
@@ -202,7 +204,7 @@ class Viewer:
             return
         except Exception as error:
             # Said once for each version; the last good picture stays.
-            self._drawn = Drawn(version, self._whole)
+            self._drawn = Drawn(version, self._whole, fails=True)
             shown.complain("picture", error)
             return
         if timing is not None:
@@ -219,7 +221,7 @@ class Viewer:
         shown = self.shown
         self.comparison.begin(shown.version)
         due = self.comparison.is_due(shown.tone, shown.exposure) or self.reference.is_due(shown)
-        return due and not shown.view and not shown.trouble
+        return due and not (self._drawn.fails or shown.view or shown.trouble)
 
     def _compare(self) -> None:
         shown = self.shown
@@ -284,9 +286,9 @@ class Viewer:
             self._told, self._line = now, status(self)
         return plates(self, self.stage.size, self.stage.ratio, self._line)
 
-    def render(self, scene: Scene) -> Frame:
-        """A picture at the window's size and the chosen quality, read back."""
-        frame = self.stage.renderer.render(scene, self.stage.room, self.shown.quality)
+    def render(self, scene: Scene, size: tuple[int, int], quality: Quality) -> Frame:
+        """A picture, read back."""
+        frame = self.stage.renderer.render(scene, size, quality)
         self.read_back = frame.stats["ms"]["finish and read back"]
         return frame
 
@@ -307,26 +309,28 @@ class Viewer:
         self.shown.say("the GPU was reset; all that was on it has been made again")
         self.shown.touch()
 
-    def _pointed(self) -> tuple[int, int] | None:
-        """The picture's pixel under the cursor, row 0 on top."""
-        width, height = self.stage.room
+    def _pointed(self, size: tuple[int, int]) -> tuple[int, int] | None:
+        """The pixel under the cursor of a picture of `size`, row 0 on top."""
+        width, height = size
         across, up = self.hands.at
         x, y = int(across * height + width / 2), int((0.5 - up) * height)
         return (x, y) if 0 <= x < width and 0 <= y < height else None
 
     def inspect(self) -> None:
         """Tell of the pixel under the cursor."""
-        pixel = self._pointed()
+        size = self.stage.room
+        pixel = self._pointed(size)
         if pixel is not None:
             from glbump.viewer.inspecting import inspect
 
-            self.shown.begin(inspect(self, *pixel))
+            self.shown.begin(inspect(self, *pixel, size))
 
     def refer(self) -> None:
         """Have the float64 reference made round the cursor, in the background."""
-        pixel = self._pointed()
+        size = self.stage.room
+        pixel = self._pointed(size)
         if pixel is not None:
-            self.reference.begin(self.shown, self.stage.room, *pixel)
+            self.reference.begin(self.shown, size, *pixel)
             self.shown.expose()
 
     def stop(self) -> None:
