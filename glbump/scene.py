@@ -47,6 +47,11 @@ class Material(Frozen):
         """Whether it scatters light that comes from all sides."""
         return self.metallic < 1.0 and self.transmission < 1.0 and any(self.base_color)
 
+    @property
+    def is_transmissive(self) -> bool:
+        """Whether light goes through it."""
+        return self.metallic < 1.0 and self.transmission > 0.0
+
 
 def _repeat(what: str, value: Any) -> Vec2:
     x, y = check.vector(what, check.sequence(value) or (value, value), 2, above=0, most=1e6)

@@ -72,11 +72,6 @@ def gloss_defines(draft: Draft, name: str, environment: Environment, defines: De
     return chosen | {"ENVIRONMENT_FOOTPRINT": 1, "ENVIRONMENT_MIX": int(mixed)}
 
 
-def is_transmissive(material: Material) -> bool:
-    """Whether light goes through it."""
-    return material.metallic < 1.0 and material.transmission > 0.0
-
-
 def why_light(material: Material) -> tuple[str, str]:
     """The name of light_of(material), and its reason."""
     return _WHY[light_of(material)](material)

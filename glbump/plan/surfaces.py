@@ -35,7 +35,7 @@ from glbump.plan.choices import (
     SurfacePlan,
 )
 from glbump.plan.environments import parallax
-from glbump.plan.materials import gloss_defines, is_transmissive, light_of, why_light
+from glbump.plan.materials import gloss_defines, light_of, why_light
 from glbump.plan.spread import spread
 from glbump.quality import Quality
 from glbump.relief import Layer
@@ -133,7 +133,7 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], sun
         "LIGHT": light,
         "DIFFUSE": DIFFUSES[draft.quality.diffuse] if surface.material.is_diffuse else 0,
         "SUNS": suns if surface.material.is_diffuse or (light == GLOSSY and draft.quality.gloss == "chain") else 0,
-        "TRANSMISSION": int(is_transmissive(surface.material)),
+        "TRANSMISSION": int(surface.material.is_transmissive),
         "PARALLAX": parallax(draft, name, scene.environment_of(surface), box),
         "TWO_SIDED": int(not closed),
         **dict(environment[1]),

@@ -54,7 +54,7 @@ from glbump.reference.varied import (
     refraction,
 )
 from glbump.relief import is_normal_mapped
-from glbump.scene import Scene, Surface, check_size
+from glbump.scene import Material, Scene, Surface, check_size
 
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
@@ -213,6 +213,33 @@ def _above(surface: Surface, look: Varied, n: Varied, change: F64, spread: F64 |
     return look._replace(at=folded), spreads.folded_spread(look.at, n.at, carried)
 
 
+def _f0(material: Material) -> F64:
+    """(3,) what a facet mirrors face on."""
+    dielectric = np.full(3, reflect.f0_from_ior(material.ior))
+    return (1 - material.metallic) * dielectric + material.metallic * np.array(material.base_color)
+
+
+def _shares(material: Material, n_dot_v: F64, eta: F64, factors: F64 | None) -> tuple[F64, F64]:
+    """(K, 3) each: what a surface mirrors, and what of the rest a dielectric scatters or lets through. eta: (K,) as
+    `_Shader._light` has it; factors: (K, 2) of split sums, None of a mirror."""
+
+    def share(f0: F64) -> F64:
+        return reflect.fresnel_schlick(f0, n_dot_v) if factors is None else ggx.glossy_share(f0, factors)
+
+    metallic = material.metallic
+    metal = metallic * share(np.array(material.base_color))
+    mirrored = share(np.full(3, reflect.f0_from_ior(material.ior)))
+    specular, kept = (1 - metallic) * mirrored + metal, 1 - mirrored
+    if not material.is_transmissive:
+        return specular, kept
+    reflected = reflect.fresnel_dielectric(n_dot_v, eta)[:, None]
+    if factors is None:
+        return (1 - metallic) * reflected + metal, 1 - reflected
+    # From the critical angle on all is reflected, which a fit of smooth curves does not know.
+    every = np.where(reflected >= 1, 1 - metallic, 0.0)
+    return specular + every * (1 - specular), kept * (1 - every)
+
+
 class _Shader:
     """One scene's maps, and the light along rays. number: of the pixel's samples that they are."""
 
@@ -319,6 +346,14 @@ class _Shader:
             result = result + np.maximum(n_env @ sun.direction, 0)[:, None] * np.array(sun.irradiance) / np.pi
         return result
 
+    def _blurred(self, environment: Environment, dirs: F64, roughness: Any) -> F64:
+        """Light (K, 3) of the roughness chain."""
+        around, quality = self.surroundings[environment], self.quality
+        apart = bool(self.suns[environment])
+        levels = self.contents.gloss(environment, quality.gloss_size, quality.gloss_samples, apart=apart)
+        chain = [around.stored.as_read(level) for level in levels]
+        return around.exposure * cube.sample_levels(chain, dirs, roughness * (len(chain) - 1))
+
     def _light(
         self,
         surface: Surface,
@@ -333,7 +368,6 @@ class _Shader:
         that on the other; spread: (K, 3, 3) of n_env, in slopes, None where no bumps are averaged."""
         material, environment = surface.material, self.scene.environment_of(surface)
         around = self.surroundings[environment]
-        color, metallic = np.array(material.base_color), material.metallic
         dir_env, n_env = dir.at, n.at
         roughness: Any = material.roughness
         is_glossy, around_normal = roughness > 0, None
@@ -349,38 +383,14 @@ class _Shader:
         if self.show == "reflection":
             return look.at @ around.env_from_world
         n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
-        dielectric = np.full(3, reflect.f0_from_ior(material.ior))
-        suns = self.suns[environment]
-        factors = lobe_factors(n_dot_v, roughness, self.quality.dfg)
-
-        def share(f0: F64) -> F64:
-            if is_glossy:
-                return ggx.glossy_share(f0, factors)
-            return reflect.fresnel_schlick(f0, n_dot_v)
+        factors = lobe_factors(n_dot_v, roughness, self.quality.dfg) if is_glossy else None
+        specular, kept = _shares(material, n_dot_v, eta, factors)
 
         def looked_at(look: Varied, spread: F64 | None) -> F64:
-            if not is_glossy:
-                return around.light(around.seen_from(p_world, look), spread)
-            dirs = around.seen_at(p_world.at, look.at)
-            size, count = self.quality.gloss_size, self.quality.gloss_samples
-            levels = self.contents.gloss(environment, size, count, apart=bool(suns))
-            chain = [around.stored.as_read(level) for level in levels]
-            return around.exposure * cube.sample_levels(chain, dirs, roughness * (len(chain) - 1))
+            if is_glossy:
+                return self._blurred(environment, around.seen_at(p_world.at, look.at), roughness)
+            return around.light(around.seen_from(p_world, look), spread)
 
-        specular = (1 - metallic) * share(dielectric) + metallic * share(color)
-        kept = 1 - share(dielectric)
-        if is_transmissive := metallic < 1 and material.transmission > 0:
-            reflected = reflect.fresnel_dielectric(n_dot_v, eta)[:, None]
-            if not is_glossy:
-                specular = (1 - metallic) * reflected + metallic * reflect.fresnel_schlick(color, n_dot_v)
-                kept = 1 - reflected
-            else:
-                # From the critical angle on all is reflected, which a fit of smooth curves does not know.
-                every = np.where(reflected >= 1, 1 - metallic, 0.0)
-                specular, kept = specular + every * (1 - specular), kept * (1 - every)
-        change = spreads.refract_matrix(dir_env, n_env, eta)
-        bent = refraction(dir, n, eta)
-        bent, bent_spread = _above(surface, bent, geometry.times(-1.0), change, around_normal)
         if is_glossy and self.quality.gloss == "sampled":
 
             def averaged(dirs: F64, angle: F64, side: F64) -> F64:
@@ -388,27 +398,29 @@ class _Shader:
                     around.seen_at(p_world.at, reflect.above_surface(dirs, side) if surface.bumps else dirs), angle
                 )
 
-            f0 = (1 - metallic) * dielectric + metallic * color
             facets = Facets(-dir_env, n_env, roughness, self.quality.lobe_samples, self.number, self.samples)
             seen = replace(facets, v=n_env) if environment.lookup == "normal" else facets
-            result = specular * seen.light(lambda d, angle: averaged(d, angle, geometry.at), look.at, f0)
+            result = specular * seen.light(lambda d, angle: averaged(d, angle, geometry.at), look.at, _f0(material))
+        elif factors is not None:
+            look = look._replace(at=ggx.lobe_dir(n_env, look.at, roughness))
+            result = specular * looked_at(look, None)
+            f0 = _f0(material)
+            scattered = specular / np.maximum(f0 * factors[:, :1] + factors[:, 1:], 1e-6)
+            for sun in self.suns[environment]:
+                lobe = sun_reflected(n_env, -dir_env, np.array(sun.direction), sun.radius, roughness, f0)
+                result = result + around.exposure * scattered * lobe * np.array(sun.irradiance)
         else:
-            if is_glossy:
-                look = look._replace(at=ggx.lobe_dir(n_env, look.at, roughness))
             result = specular * looked_at(look, look_spread)
-            if is_glossy:
-                f0 = (1 - metallic) * dielectric + metallic * color
-                scattered = specular / np.maximum(f0 * factors[:, :1] + factors[:, 1:], 1e-6)
-                for sun in suns:
-                    lobe = sun_reflected(n_env, -dir_env, np.array(sun.direction), sun.radius, roughness, f0)
-                    result = result + around.exposure * scattered * lobe * np.array(sun.irradiance)
+        below = kept * (1 - material.metallic) * np.array(material.base_color)
         if material.is_diffuse:
             irradiance = around.exposure * self._irradiance_over_pi(environment, n_env)
-            result = result + kept * (1 - metallic) * (1 - material.transmission) * color * irradiance
-        if is_transmissive:
+            result = result + below * (1 - material.transmission) * irradiance
+        if material.is_transmissive:
+            bent, change = refraction(dir, n, eta), spreads.refract_matrix(dir_env, n_env, eta)
+            bent, bent_spread = _above(surface, bent, geometry.times(-1.0), change, around_normal)
             if is_glossy and self.quality.gloss == "sampled":
                 through = facets.light_through(lambda d, angle: averaged(d, angle, -geometry.at), bent.at, eta)
             else:
                 through = looked_at(bent, bent_spread)
-            result = result + kept * (1 - metallic) * material.transmission * color * through
+            result = result + below * material.transmission * through
         return result
