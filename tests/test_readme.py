@@ -19,6 +19,7 @@ from glbump.maps.images import read_colour
 from glbump.quality import KNOBS
 
 ROOT = Path(__file__).parents[1]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -68,10 +69,17 @@ def test_every_knob_has_its_values() -> None:
         assert [word for word in words if f"`{word}`" not in said] == [], name
 
 
-@pytest.mark.parametrize("target", re.findall(r"!?\[[^\]]*\]\(([^)#]+)\)", README))
-def test_links_lead_somewhere(target: str) -> None:
-    if "://" not in target:
-        assert (ROOT / target).exists()
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page: Path) -> None:
+    targets = re.findall(r"!?\[[^\]]*\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8"))
+    missing = [target for target in targets if "://" not in target and not (page.parent / target).exists()]
+    assert missing == []
+
+
+def test_no_page_or_picture_is_forgotten() -> None:
+    said = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    files = [path.name for path in (ROOT / "docs").rglob("*.*") if path.suffix != ".json"]
+    assert [name for name in files if name not in said] == []
 
 
 def test_files_it_names_are_there() -> None:
