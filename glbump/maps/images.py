@@ -175,9 +175,13 @@ def _picture(stored: Stored, pixels: npt.NDArray[np.float32]) -> Picture:
 def _rgb(stored: Stored) -> npt.NDArray[Any]:
     """The stored colours, (H, W, 3), contiguous; a picture of three channels is not copied."""
     colours = stored.colours()
-    # A slice is copied in two thirds of the time that a list of indices takes.
-    rgb = stored.pixels[:, :, :3] if colours == (0, 1, 2) else stored.pixels[:, :, list(colours)]
-    return np.ascontiguousarray(rgb)
+    if colours == (0, 1, 2) and stored.pixels.shape[2] == 3:
+        return np.ascontiguousarray(stored.pixels)
+    # Channel by channel takes half of the time that a slice takes, and a third of that of a list of indices.
+    rgb = np.empty((*stored.pixels.shape[:2], 3), stored.pixels.dtype)
+    for i, channel in enumerate(colours):
+        rgb[:, :, i] = stored.pixels[:, :, channel]
+    return rgb
 
 
 def _linear(stored: Stored, pixels: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
