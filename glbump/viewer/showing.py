@@ -87,7 +87,9 @@ class Showing:
         self.show(with_value(self.scene, dotted, value))
 
     def show_subject(self, subject: Subject) -> None:
-        """Something else altogether."""
+        """Something else altogether; what is wrong with the file or a value of the subject before goes with it."""
+        self.forgive("scene file")
+        self.forgive("value")
         tone, exposure = self._wanted
         self.subject = subject
         self.tone, self.exposure = tone or subject.tone, subject.exposure if exposure is None else exposure

@@ -140,7 +140,7 @@ class Viewer:
     def _patience(self) -> float:
         """Seconds in which nothing will be due."""
         shown = self.shown
-        if self.is_hidden:
+        if self.is_hidden or self.stage.context.is_lost:
             return LOOK
         if shown.is_busy or shown.exposed or self.hands.is_flying or self._drawn.version != shown.version:
             return 0.0
@@ -213,6 +213,7 @@ class Viewer:
             self._pace = self._pace.after(step, scaled(self.stage.room, step.scale), timing.draw, beside)
             self.timings.append(timing)
             shown.forgive("picture")
+            shown.forgive("comparison")  # One that failed is tried again, with another picture.
             shown.expose()
 
     @property
@@ -228,7 +229,7 @@ class Viewer:
         if not self._compares:
             return
         if self.reference.is_due(shown):
-            shown.attempt("the reference", lambda: self.reference.measure(shown, self.stage))
+            shown.attempt("comparison", lambda: self.reference.measure(shown, self.stage))
         else:
             shown.attempt("comparison", lambda: self.comparison.carry_on(shown, self.stage, self._is_disturbed))
         shown.expose()
@@ -237,6 +238,7 @@ class Viewer:
         """Hold the picture against a second one, as glbump.viewer.comparing has it: another way, or another one."""
         comparison = self.comparison
         comparison.choose(comparison.way if way is None else way, second or comparison.second)
+        self.shown.forgive("comparison")
         self.shown.expose()
 
     @property
@@ -295,17 +297,23 @@ class Viewer:
     # ------------------------------------------------------------ the window itself
 
     def rebuild(self) -> None:
-        """A new window in place of one whose GPU is lost; all that was on it is made again."""
+        """A new window in place of one whose GPU is lost; all that was on it is made again. ContextError where there is
+        no new one yet: the old one stays until there is, so that it can be closed."""
         size, place = glfw.get_window_size(self.stage.window), glfw.get_window_pos(self.stage.window)
-        panel, self.panel, self._title = self.panel, None, ""
+        stage = Stage(size, "glbump", self.shown.contents)
+        panel, self.panel, self._title, self._before = self.panel, None, "", None
         with suppress(Exception):
             if panel is not None:
                 panel.release()
         with suppress(Exception):
             self.stage.release()
-        self.stage = Stage(size, "glbump", self.shown.contents)
+        self.stage = stage
         glfw.set_window_pos(self.stage.window, *place)
         self.hands.listen()
+        self.hands.on_focus(0)  # What is let go now, nobody is told of.
+        if panel is not None and panel.is_shown:
+            self.toggle_panel()
+        self.shown.forgive(ACTION)
         self.shown.say("the GPU was reset; all that was on it has been made again")
         self.shown.touch()
 

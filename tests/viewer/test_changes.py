@@ -166,7 +166,7 @@ def test_a_picture_that_failed_is_compared_with_nothing(folder: Path) -> None:
 
 @in_window
 def test_a_second_picture_that_failed_is_not_shown(folder: Path) -> None:
-    """What it was drawn in may be gone."""
+    """What it was drawn in may be gone. It is tried again with another picture, or another second one."""
     from glbump.errors import LimitError
 
     with viewing(quality="fast") as viewer:
@@ -183,9 +183,41 @@ def test_a_second_picture_that_failed_is_not_shown(folder: Path) -> None:
         assert viewer.shown.trouble == "too much"
         assert viewer.beside is None
         viewer.stage.renderer.draw = draw
-        press(viewer, "escape")
         settle(viewer)
-        assert "64 samples" in viewer.comparison.figures
+        assert viewer.beside is None
+        viewer.compare(second="balanced")
+        settle(viewer)
+        assert "balanced" in viewer.comparison.figures
+        viewer.comparison.begin(-1)
+        viewer.stage.renderer.draw = lambda *a, use, **named: fails() if use == "second" else draw(*a, use=use, **named)
+        settle(viewer)
+        assert viewer.shown.trouble == "too much"
+        viewer.stage.renderer.draw = draw
+        _resize(viewer, (200, 90))
+        settle(viewer)
+        assert viewer.shown.trouble == ""
+        assert "balanced" in viewer.comparison.figures
+
+
+@in_window
+def test_what_is_wrong_with_a_subject_goes_with_it(folder: Path) -> None:
+    import os
+
+    from glbump.viewer.opening import opened
+
+    file = folder / "scene.toml"
+    file.write_text("[environment]\nkind = 'chrome'\n")
+    with viewing(lambda contents: opened(file, contents), scene()) as viewer:
+        file.write_text("nonsense")
+        os.utime(file, ns=(1, 1))
+        end = time.perf_counter() + 10
+        while not viewer.shown.trouble:
+            assert time.perf_counter() < end
+            viewer.step(0.02)
+        assert "is not TOML" in viewer.shown.trouble, viewer.shown.trouble
+        press(viewer, "n")
+        settle(viewer)
+        assert viewer.shown.trouble == ""
 
 
 @in_window

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from .driving import drag, in_window, press, scene, settle, shot, tell, viewing
 
@@ -384,21 +385,32 @@ def test_closing_releases_everything(folder: Path) -> None:
 
 @in_window
 def test_a_lost_gpu_is_got_again(folder: Path) -> None:
-    """Everything on it is made anew: the same picture, in a window of the same size."""
+    """Everything on it is made anew: the same picture, in a window of the same size, as soon as there is one."""
+    from glbump.errors import ContextError
+
     with viewing() as viewer:
         drag(viewer, (50, 50), (70, 60))
         settle(viewer)
         before, window = shot(viewer), viewer.stage.window
-        # A reset cannot be had here: the driver is made to say so.
-        type(viewer.stage.context).is_lost, told = True, type(viewer.stage.context).is_lost
-        try:
-            viewer.stage.context.check = lambda what="": None
+        viewer.stage.context.check = lambda what="": None
+        # A reset cannot be had here: the driver is made to say so; and then that there is no new window either.
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(type(viewer.stage.context), "is_lost", True)
+            with pytest.MonkeyPatch.context() as patch_too:
+
+                def none(*_: object) -> None:
+                    raise ContextError("no window can be opened")
+
+                patch_too.setattr("glbump.viewer.stage.open_window", none)
+                viewer.step(0)
+                assert "no window can be opened" in viewer.shown.trouble
+                assert viewer.stage.window == window
+                assert not viewer.is_closing
             viewer.step(0)
-        finally:
-            type(viewer.stage.context).is_lost = told
         assert viewer.stage.window != window
         settle(viewer)
         assert "the GPU was reset" in viewer.shown.note
+        assert viewer.shown.trouble == ""
         assert np.array_equal(shot(viewer), before)
         drag(viewer, (50, 50), (70, 60))
         settle(viewer)
