@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 
+import glbump as gb
 from benchmarks.soak import CYCLE, open_and_close, resident, soak
 from glbump.gl.context import Context
 from glbump.gl.renderer import Renderer
@@ -32,6 +34,28 @@ def test_frames_leave_nothing_behind(own: Renderer) -> None:
     # Meshes come and go with the shapes; all kinds of objects are as many as before.
     assert {name: n for name, n in grown.items() if n} == {}
     assert memory < FRAMES
+
+
+def test_programs_are_let_go_and_made_again(own: Renderer) -> None:
+    """However many qualities take turns; each picture is the same as the first time. More surfaces than programs that
+    are kept have theirs all the same."""
+    surfaces = [
+        gb.Surface(shape, gb.Material(metallic=metallic), transform=gb.Transform(translate=(x, 0, 0), scale=0.4))
+        for shape in (gb.Sphere(), gb.Cube())
+        for x, metallic in ((-1.0, 1.0), (1.0, 0.0))
+    ]
+    scene = gb.Scene(surfaces, gb.Chrome())
+    qualities = [gb.Quality(preset, samples=1) for preset in ("fast", "balanced", "exact")]
+    first = [np.array(own.render(scene, (64, 48), quality)) for quality in qualities]
+    before = own.context.live_objects()
+    for most in (5, 2):
+        own._programs._most = most
+        for quality, picture in [*zip(qualities, first)] * 2:
+            assert np.array_equal(own.render(scene, (64, 48), quality), picture)
+            assert len(own._programs._kept) <= max(most, len(surfaces) + 1)
+    after = own.context.live_objects()
+    assert after["program"] < before["program"]
+    assert after["vertexarray"] < before["vertexarray"]
 
 
 def test_a_leak_would_be_seen(own: Renderer) -> None:

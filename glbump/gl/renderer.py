@@ -20,12 +20,11 @@ from glbump.gl import memory
 from glbump.gl.capture import Captures, Shown, filled
 from glbump.gl.context import Context, open_context
 from glbump.gl.prepared import Draw, Drawn, Prepared
-from glbump.gl.program import build_program
+from glbump.gl.programs import Programs
 from glbump.gl.showing import render_shown
-from glbump.gl.source import resolve
 from glbump.gl.targets import Targets, read
 from glbump.gl.textures import Held, Store
-from glbump.gl.uniforms import Sample, Still, Uniforms, View, mesh_repeat
+from glbump.gl.uniforms import Sample, Still, View, mesh_repeat
 from glbump.plan import Capabilities, EnvironmentPlan, Plan, Planner, make_plan
 from glbump.plan.choices import DIFFUSES, FACTORS, GLOSSY, MESH
 from glbump.quality import Quality, quality_of
@@ -71,7 +70,7 @@ class Renderer:
         self._released = False
         self.contents = contents or Contents()
         self._store = Store(self.context, self.contents)
-        self._programs: dict[Hashable, Uniforms] = {}
+        self._programs = Programs(self.context.gl)
         self._captures = Captures(self.context, self._captured_face, self._store.forget)
         # By what is drawn in them: frames, or faces of captures.
         self._targets: dict[str, tuple[Hashable, Targets]] = {}
@@ -191,9 +190,7 @@ class Renderer:
         self._last = None
         self._captures.release()
         self._store.release()
-        for uniforms in self._programs.values():
-            uniforms.release()
-        self._programs.clear()
+        self._programs.release()
 
     def _prepared(self, scene: Scene, size: tuple[int, int], quality: Quality, recapture: bool) -> Prepared:
         """The scene made ready to be drawn, or what the last frame left so, where nothing has changed since."""
@@ -229,6 +226,9 @@ class Renderer:
         draws = [self._surface(scene, plan, still, i, shown) for i in range(len(plan.surfaces))]
         sky = self._sky(plan, still) if plan.sky else None
         self._store.trim()
+        for uniforms in self._programs.surplus(len(draws) + 1):
+            self._store.part(uniforms.program)
+            uniforms.release()
         stats = self._stats(scene, plan, draws)
         return Prepared(scene, key, planned, View(scene, plan, still), draws, sky, stats, self._store.freed)
 
@@ -339,7 +339,7 @@ class Renderer:
     ) -> None:
         """One pass over all pixels from `source` to `target`: in place of what is there, or added to it."""
         gl = self.context.gl
-        uniforms = self._program("fullscreen.vert", fragment, ())
+        uniforms = self._programs.get("fullscreen.vert", fragment)
         target.use()
         gl.enable_only(moderngl.BLEND if add else moderngl.NOTHING)
         gl.blend_func = moderngl.ONE, moderngl.ONE
@@ -350,7 +350,7 @@ class Renderer:
     def _surface(self, scene: Scene, plan: Plan, still: Still, index: int, shown: Shown) -> Draw:
         how = plan.surfaces[index]
         environment = plan.environments[how.environment]
-        uniforms = self._program("surface.vert", "surface.frag", how.defines)
+        uniforms = self._programs.get("surface.vert", "surface.frag", how.defines)
         values = _SAMPLERS | still.environments[how.environment] | still.surfaces[index]
         textures: list[tuple[moderngl.Texture | moderngl.TextureCube, int]] = []
         glossy = how.has("LIGHT") == GLOSSY
@@ -389,19 +389,11 @@ class Renderer:
     def _sky(self, plan: Plan, still: Still) -> Draw:
         environment = plan.environments[0]
         defines = (*environment.defines, ("PARALLAX", plan.sky_parallax), ("SHOW", plan.show))
-        uniforms = self._program("sky.vert", "sky.frag", defines)
+        uniforms = self._programs.get("sky.vert", "sky.frag", defines)
         textures = [] if environment.layout is None else [(self._store.environment(environment), _ENVIRONMENT)]
         return Draw(uniforms, _SAMPLERS | still.sky, uniforms.vertices, textures)
 
     # ------------------------------------------------------------ what is kept between frames
-
-    def _program(self, vertex: str, fragment: str, defines: tuple[tuple[str, int], ...]) -> Uniforms:
-        key = (vertex, fragment, defines)
-        if key not in self._programs:
-            named = dict(defines)
-            program = build_program(self.context.gl, resolve(vertex, defines=named), resolve(fragment, defines=named))
-            self._programs[key] = Uniforms(self.context.gl, program)
-        return self._programs[key]
 
     def _targets_for(self, use: str, plan: Plan) -> Targets:
         key = Targets.key(plan)

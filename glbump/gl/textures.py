@@ -52,6 +52,12 @@ class MeshBuffers(Frozen):
             self._arrays[program.glo] = gl.vertex_array(program, content, self.indices)
         return self._arrays[program.glo]
 
+    def part(self, program: moderngl.Program) -> None:
+        """Free what `program` reads it by: another program may get its number."""
+        array = self._arrays.pop(program.glo, None)
+        if array is not None:
+            array.release()
+
     def release(self) -> None:
         """Free everything."""
         for array in self._arrays.values():
@@ -122,6 +128,13 @@ class Store:
         for key in [key for key in self._kept if isinstance(key, tuple) and mine in key]:
             self._free(key)
         self._contents.forget(environment)
+
+    def part(self, program: moderngl.Program) -> None:
+        """Free what a program that goes reads meshes by."""
+        for thing, _ in self._kept.values():
+            if isinstance(thing, MeshBuffers):
+                thing.part(program)
+        self.freed += 1
 
     def release(self) -> None:
         """Free everything."""
