@@ -212,6 +212,28 @@ def test_commands_load_only_what_parsing_needs() -> None:
     assert loaded_by("import glbump.cli") & (HEAVY - {"click"} | {"numpy"}) == set()
 
 
+def test_a_window_loads_late_what_its_first_picture_does_without() -> None:
+    loaded = loaded_by("import glbump.viewer.opening, glbump.viewer.window")
+    assert "glfw" in loaded
+    assert loaded & {"PIL", "imgui_bundle", "OpenImageIO", "trimesh", "rich", "click", "pyrr", "hashlib"} == set()
+    late = {"demo", "trade.metrics", "maps.containers", "maps.lint", "maps.detect", "maps.gloss", "maps.suns"}
+    late |= {"maps.animation", "reference.shade", "viewer.plates", "viewer.text", "viewer.panel", "viewer.picking"}
+    assert loaded & {f"glbump.{name}" for name in late} == set()
+
+
+def test_frozen_classes_on_the_way_to_a_picture_are_not_generated() -> None:
+    """glbump.frozen says why; Session is not frozen."""
+    code = (
+        "import glbump.commands.render, glbump.scenefile, glbump.gl.renderer, glbump.viewer.window\n"
+        "made = {v for m in list(sys.modules.values()) for v in vars(m).values() if isinstance(v, type)}\n"
+        "made = [v.__name__ for v in made if v.__module__.startswith('glbump.') and '__dataclass_params__' in vars(v)"
+        " and v.__dataclass_params__.init]\n"
+        "print('generated:', ','.join(made), end=' ')"
+    )
+    assert "Session" in loaded_by(code)
+    assert not any("," in word for word in loaded_by(code)), loaded_by(code)
+
+
 def test_scene_reference_and_maps_load_no_opengl() -> None:
     modules = [
         f"glbump.{name}"

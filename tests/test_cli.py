@@ -332,6 +332,25 @@ def test_full_disk_is_an_error() -> None:
     assert errors == "glbump: error: No space left on device\n"
 
 
+_NOT_FOR_A_MIRROR = {
+    f"glbump.{name}"
+    for name in (
+        *("maps.suns", "maps.diffuse", "maps.gloss", "maps.dfg", "maps.normals", "maps.faces"),
+        *("maps.convert", "maps.remap", "maps.containers", "maps.lint", "maps.animation", "meshfile", "mikktspace"),
+        *(
+            "reference.lobe",
+            "reference.ggx",
+            "reference.shade",
+            "reference.cast",
+            "displace",
+            "demo",
+            "trade",
+            "viewer",
+        ),
+    )
+}
+
+
 def test_render_imports_only_what_it_uses() -> None:
     code = (
         "import sys; from glbump.cli import run\n"
@@ -340,6 +359,8 @@ def test_render_imports_only_what_it_uses() -> None:
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert {"trimesh", "rich", "PIL", "glfw", "scipy", "skimage", "pytest"} & set(loaded) == set()
+    # Nor of glbump itself: a mirror in a picture mirrors, and that is all.
+    assert _NOT_FOR_A_MIRROR & set(loaded) == set()
     # OpenGL is not imported where none is used.
     code = code.replace("'-q'", "'-q', '--reference', '--samples', '1'")
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
