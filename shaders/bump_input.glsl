@@ -108,6 +108,10 @@ struct Place {
     vec3 p_dx;
     vec3 p_dy;
     vec3 n;
+#if SPREAD
+    vec3 x;  // what gradients in the object's coordinates are along both axes of the tangent plane: their products with these
+    vec3 y;
+#endif
 #endif
 };
 
@@ -120,11 +124,11 @@ struct Relief {
     vec3 by_object;     // gradient in the object's coordinates
     float on_screen;    // heights whose gradient is left to the screen
 #if SPREAD
-    // Second moments (uu, uv, vv) of the slopes above that are not seen one by one, and of by_object all of them.
+    // Second moments (uu, uv, vv) of the slopes above that are not seen one by one; of by_object along Place's x and y.
     vec3 spread_by_uv;
     vec3 spread_by_parameter;
     vec3 spread_by_tangent;
-    mat3 spread_by_object;
+    vec3 spread_by_object;
 #endif
 };
 
@@ -336,7 +340,7 @@ void add_plane(inout Relief r, sampler2D map, sampler2D spread, const int kind, 
     vec2 slope = texel.rg * slope_scale[i];
     r.by_object += share * (slope.x * right + slope.y * up);
 #if SPREAD
-    r.spread_by_object += share * share * spread_along(right, up, moments);
+    r.spread_by_object += share * share * moments_across(at.x, at.y, right, up, moments);
 #endif
 #if HAS_SCREEN
     if ((kind & SCREEN) != 0) r.on_screen += share * height_scale[i] * texel.b;
@@ -397,8 +401,7 @@ Relief relief_at(Place at) {
     r.by_uv = r.by_parameter = r.by_tangent = vec2(0.0);
     r.by_object = vec3(0.0);
 #if SPREAD
-    r.spread_by_uv = r.spread_by_parameter = r.spread_by_tangent = vec3(0.0);
-    r.spread_by_object = mat3(0.0);
+    r.spread_by_uv = r.spread_by_parameter = r.spread_by_tangent = r.spread_by_object = vec3(0.0);
 #endif
     add_layer(r, bump_0, spread_0, BUMP_0, 0, STORED_0, float(MIDDLE_0), at);
 #if BUMP > 1

@@ -169,6 +169,19 @@ vec3 footprint_y(vec3 dir_env) {
 }
 
 #if ENVIRONMENT < SKY
+// At a level, over a footprint.
+vec3 leveled_picture(vec3 dir_env, float level, vec3 ddx, vec3 ddy) {
+#if SHOW == SHOW_LEVEL
+    if (shown.a == 0.0) shown = vec4(level, shown.g, 0.0, 1.0);
+#endif
+    // Layouts of the upper half show below the horizon what mirrors it above.
+    vec3 radiance = picture_radiance(dir_env, level);
+#if ENVIRONMENT_BELOW == COLOURED
+    radiance = mix(below, radiance, share_above(dir_env.y, ddx.y, ddy.y));
+#endif
+    return radiance;
+}
+
 // Averaged over a footprint that counts as wide as long, but for what direction_level says; or by the texture unit.
 vec3 averaged_picture(vec3 dir_env, vec3 ddx, vec3 ddy) {
 #if ENVIRONMENT <= CUBE && ENVIRONMENT_FOOTPRINT && ENVIRONMENT_GRADIENTS
@@ -187,22 +200,12 @@ vec3 averaged_picture(vec3 dir_env, vec3 ddx, vec3 ddy) {
 #else
     const float level = 0.0;
 #endif
-#if SHOW == SHOW_LEVEL
-    if (shown.a == 0.0) shown = vec4(level, shown.g, 0.0, 1.0);
-#endif
-    // Layouts of the upper half show below the horizon what mirrors it above.
-    vec3 radiance = picture_radiance(dir_env, level);
-#if ENVIRONMENT_BELOW == COLOURED
-    radiance = mix(below, radiance, share_above(dir_env.y, ddx.y, ddy.y));
-#endif
-    return radiance;
+    return leveled_picture(dir_env, level, ddx, ddy);
 #endif
 }
 #endif
 
-// dir_env: unit length where it has a footprint or the environment is computed; else of any. ddx, ddy: how it changes
-// across the sample.
-vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
+void show_footprint(vec3 ddx, vec3 ddy) {
 #if SHOW == SHOW_FOOTPRINT
     if (shown.a == 0.0) {
         vec3 major, minor;
@@ -210,6 +213,20 @@ vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
         shown = vec4(length(major), length(minor), 0.0, 1.0);
     }
 #endif
+}
+
+vec3 exposed(vec3 radiance) {
+#if EXPOSURE
+    return exposure_factor * radiance;
+#else
+    return radiance;
+#endif
+}
+
+// dir_env: unit length where it has a footprint or the environment is computed; else of any. ddx, ddy: how it changes
+// across the sample.
+vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
+    show_footprint(ddx, ddy);
 #if ENVIRONMENT == SKY
     vec3 radiance = sky_radiance(dir_env, ddx, ddy, up, down, softness);
 #elif ENVIRONMENT == CHROME
@@ -228,8 +245,5 @@ vec3 environment_radiance(vec3 dir_env, vec3 ddx, vec3 ddy) {
 #else
     vec3 radiance = averaged_picture(dir_env, ddx, ddy);
 #endif
-#if EXPOSURE
-    radiance *= exposure_factor;
-#endif
-    return radiance;
+    return exposed(radiance);
 }

@@ -213,30 +213,21 @@ SurfacePoint surface_point(vec3 p_object, vec3 dir_object) {
     return s;
 }
 
-#if SPREAD
-// What a vector has along the surface whose normal n is.
-mat3 tangential(vec3 n) {
-    return mat3(1.0) - outerProduct(n, n);
-}
-
-// Of slopes (uu, uv, vv) of heights by u and v.
-mat3 spread_by_uv(vec3 n_env, vec3 dpdu, vec3 dpdv, vec3 moments) {
+#if BUMP && HAS_WORLD
+// Of the height's slopes by u and v.
+vec3 gradient_by_uv(vec3 n_env, vec3 dpdu, vec3 dpdv, vec2 slope) {
 #if (SHAPE == SPHERE || SHAPE == TORUS) && TRANSFORM != GENERAL
-    vec3 by_u = orthogonal_gradient(dpdu, dpdv, vec2(1.0, 0.0));
-    vec3 by_v = orthogonal_gradient(dpdu, dpdv, vec2(0.0, 1.0));
+    return orthogonal_gradient(dpdu, dpdv, slope);
 #else
-    vec3 by_u = surface_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0));
-    vec3 by_v = surface_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0));
+    return surface_gradient(n_env, dpdu, dpdv, slope);
 #endif
-    return spread_along(by_u, by_v, moments);
 }
 #endif
 
 #if BUMP
-// The bent normal; and of normals that are not seen one by one the spread, in slopes against it.
-Varied bumped(SurfacePoint s, Varied p_met, Varied n, out mat3 spread) {
+// The bent normal; and round it the spread of normals that are not seen one by one, in slopes against it.
+Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around) {
     vec3 n_env = n.at;
-    spread = mat3(0.0);
     Place at;
 #if HAS_UV
     at.uv = s.uv;
@@ -256,6 +247,22 @@ Varied bumped(SurfacePoint s, Varied p_met, Varied n, out mat3 spread) {
     at.n = s.n_object;
     at.p_dx = p_met.dx;
     at.p_dy = p_met.dy;
+#if TRANSFORM == GENERAL
+    mat3 gradient_matrix = env_from_object_gradient;
+#elif TRANSFORM == ORTHOGONAL
+    mat3 gradient_matrix = env_from_object;
+#else
+    const mat3 gradient_matrix = mat3(1.0);
+#endif
+#endif
+#if SPREAD
+    // Of gradients, along two axes of the tangent plane.
+    vec3 x, y, moments = vec3(0.0);
+    axes_across(n_env, x, y);
+#if HAS_TRIPLANAR
+    at.x = x * gradient_matrix;
+    at.y = y * gradient_matrix;
+#endif
 #endif
     Relief relief = relief_at(at);
     vec3 gradient = vec3(0.0);
@@ -264,15 +271,15 @@ Varied bumped(SurfacePoint s, Varied p_met, Varied n, out mat3 spread) {
     tangent_frame(n_env, dpdu, dpdv, t, b);
     gradient += relief.by_tangent.x * t + relief.by_tangent.y * b;
 #if SPREAD
-    spread += spread_along(t, b, relief.spread_by_tangent);
+    moments += moments_across(x, y, t, b, relief.spread_by_tangent);
 #endif
 #endif
 #if HAS_PARAMETER
     gradient += invariant_gradient(n_env, dpdu, dpdv, relief.by_parameter);
 #if SPREAD
     // By the lengths of slopes along u and v alone, which is right to their sum.
-    spread += spread_along(invariant_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
-                           invariant_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_parameter);
+    moments += moments_across(x, y, invariant_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
+                              invariant_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_parameter);
 #endif
 #endif
 #if HAS_WORLD
@@ -280,47 +287,69 @@ Varied bumped(SurfacePoint s, Varied p_met, Varied n, out mat3 spread) {
     dpdu += relief.height * turned_change(s.dndu, s.n_object);
     dpdv += relief.height * turned_change(s.dndv, s.n_object);
 #endif
-#if (SHAPE == SPHERE || SHAPE == TORUS) && TRANSFORM != GENERAL
-    gradient += orthogonal_gradient(dpdu, dpdv, relief.by_uv);
-#else
-    gradient += surface_gradient(n_env, dpdu, dpdv, relief.by_uv);
-#endif
+    gradient += gradient_by_uv(n_env, dpdu, dpdv, relief.by_uv);
 #if SPREAD
-    spread += spread_by_uv(n_env, dpdu, dpdv, relief.spread_by_uv);
+    moments += moments_across(x, y, gradient_by_uv(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
+                              gradient_by_uv(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_uv);
 #endif
 #endif
 #if HAS_TRIPLANAR
-#if TRANSFORM == GENERAL
-    gradient += volume_gradient(n_env, env_from_object_gradient * relief.by_object);
+    gradient += volume_gradient(n_env, gradient_matrix * relief.by_object);
 #if SPREAD
-    spread += carried_spread(tangential(n_env) * env_from_object_gradient, relief.spread_by_object);
-#endif
-#else
-    gradient += volume_gradient(n_env, turned(relief.by_object));
-#if SPREAD && TRANSFORM == NONE
-    spread += carried_spread(tangential(n_env), relief.spread_by_object);
-#elif SPREAD
-    spread += carried_spread(tangential(n_env) * env_from_object, relief.spread_by_object);
-#endif
+    moments += relief.spread_by_object;
 #endif
 #endif
 #if HAS_SCREEN
     gradient += surface_gradient_screen(n_env, turned(s.p_object), relief.on_screen);
 #endif
-#if SPREAD
-    spread = normal_spread(n_env, gradient, spread);
-#endif
 #if SHOW == SHOW_SLOPE
     shown = vec4(world_from_env * gradient, 1.0);
 #endif
-    return bent(n, gradient);
+    Varied result = bent(n, gradient);
+    around = Varied(result.at, vec3(0.0), vec3(0.0));
+#if SPREAD
+    spread_along(x, y, moments, x, y);
+    around.dx = bump_normal_change(n_env, gradient, vec3(0.0), x);
+    around.dy = bump_normal_change(n_env, gradient, vec3(0.0), y);
+#endif
+    return result;
 }
 #endif
 
-// Radiance from look at a point of the surface; p_room is looked at where there is a room. spread: of the directions
-// that are looked at together, beside those of the sample's footprint. Past what is near in a room it is taken as if all
-// of the room were far. rough: roughness where a chain is read.
-vec3 mirrored(Varied p_room, Varied look, mat3 spread, float rough) {
+#if SPREAD && LIGHT != GLOSSY
+#if ENVIRONMENT < SKY
+// A level's texel is averaged by the box that it covers and by the tent between texels: 1/12 + 1/6 of its square.
+const float SPREAD_SIDE = 2.0;
+#else
+// What is computed is averaged over the footprint itself, of which the variance is 1/12.
+const float SPREAD_SIDE = 3.46410161513775458705;
+#endif
+
+// Radiance about dir_env, over a footprint as widened_footprint has it.
+vec3 spread_radiance(vec3 dir_env, vec3 longer, vec3 shorter, vec2 squares) {
+    vec3 ddx = sqrt(squares.x) * longer, ddy = sqrt(squares.y) * shorter;
+#if SPREAD == LEAN && ENVIRONMENT < SKY
+    show_footprint(ddx, ddy);
+    vec2 taps = spread_taps(squares, texels_per_radian);
+    ddx = taps.y * longer;
+    ddy = taps.y * shorter;
+    float level = longest_level(ddx, ddy, texels_per_radian);  // of what is round, by area the same
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < SPREAD_TAPS; i++) {
+        float place = taps.x * (float(i) - 0.5 * float(SPREAD_TAPS - 1));
+        sum += leveled_picture(dir_env + place * longer, level, ddx, ddy);
+    }
+    return exposed(sum / float(SPREAD_TAPS));
+#else
+    return environment_radiance(dir_env, ddx, ddy);
+#endif
+}
+#endif
+
+// Radiance from look at a point of the surface; p_room is looked at where there is a room. around: spread of the
+// directions that are looked at together, beside those of the sample's footprint. Past what is near in a room it is taken
+// as if all of the room were far. rough: roughness where a chain is read.
+vec3 mirrored(Varied p_room, Varied look, Varied around, float rough) {
     vec3 dir_env = look.at;
     vec3 ddx = vec3(0.0), ddy = vec3(0.0);
 #if ENVIRONMENT_FOOTPRINT
@@ -338,28 +367,14 @@ vec3 mirrored(Varied p_room, Varied look, mat3 spread, float rough) {
 #if LIGHT == GLOSSY && GLOSS == CHAIN
     return blurred_radiance(dir_env, rough);
 #else
-#if SPREAD && ENVIRONMENT < SKY
-    // A level's texel is averaged by the box that it covers and by the tent between texels: 1/12 + 1/6 of its square.
-    widened_footprint(dir_env, ddx, ddy, spread, 4.0, ddx, ddy);
-#if SPREAD == LEAN
-    vec3 step;
-    vec3 tap_x, tap_y;
-    spread_taps(ddx, ddy, step, tap_x, tap_y);
-    // Long and thin, and longer than a texel.
-    if (dot(step, step) > 0.04 * dot(ddx, ddx) && dot(ddx, ddx) * texels_per_radian * texels_per_radian > 1.0) {
-        vec3 sum = vec3(0.0);
-        for (int i = 0; i < SPREAD_TAPS; i++) {
-            float place = float(i) - 0.5 * float(SPREAD_TAPS - 1);
-            sum += environment_radiance(normalize(dir_env + place * step), tap_x, tap_y);
-        }
-        return sum / float(SPREAD_TAPS);
-    }
-#endif
-#elif SPREAD
-    // What is computed is averaged over the footprint itself, of which the variance is 1/12.
-    widened_footprint(dir_env, ddx, ddy, spread, 12.0, ddx, ddy);
-#endif
+#if SPREAD && LIGHT != GLOSSY
+    vec3 longer, shorter;
+    vec2 squares;
+    widened_footprint(dir_env, ddx, ddy, SPREAD_SIDE * around.dx, SPREAD_SIDE * around.dy, longer, shorter, squares);
+    return spread_radiance(dir_env, longer, shorter, squares);
+#else
     return environment_radiance(dir_env, ddx, ddy);
+#endif
 #endif
 }
 
@@ -418,33 +433,43 @@ Varied kept_above(Varied dir, Varied n) {
     return Varied(above_surface(dir.at, n.at), is_above ? dir.dx : over.dx, is_above ? dir.dy : over.dy);
 }
 
+#if SPREAD
+// Directions with a spread, of which none goes through the plane whose normal is n.
+Varied folded(Varied around, vec3 n) {
+    Varied result;
+    folded(around.at, n, around.dx, around.dy, result.at, result.dx, result.dy);
+    return result;
+}
+#endif
+
 // geometry: the normal of the surface without its bumps, on the eye's side. eta: index of refraction on the eye's
-// side over that on the other. spread: of n, in slopes.
-vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, mat3 spread) {
+// side over that on the other. around: n with its spread, in slopes.
+vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, Varied around) {
     vec3 dir_env = dir.at, n_env = n.at;
-    mat3 look_spread = mat3(0.0);
+    Varied look_around = around;
 #if SPREAD && LIGHT == GLOSSY
-    float rough = spread_roughness(roughness, spread);
+    float rough = spread_roughness(roughness, around.dx, around.dy);
 #elif LIGHT == GLOSSY
     float rough = roughness;
 #else
     const float rough = 0.0;
 #endif
 #if SPREAD && LIGHT != GLOSSY
-    spread = unit_spread(spread);
+    float unit = unit_share(around.dx, around.dy);
+    around = Varied(n_env, unit * around.dx, unit * around.dy);
+    Varied still = Varied(dir_env, vec3(0.0), vec3(0.0));
 #endif
 #if LOOKUP == REFLECTION
     Varied look = reflection(dir, n);
 #if SPREAD && LIGHT != GLOSSY
-    mat3 reflected_spread = carried_spread(reflect_matrix(dir_env, n_env), spread);
-    look_spread = folded_spread(look.at, geometry.at, reflected_spread);
-    look.at = folded_dir(look.at, geometry.at, reflected_spread);
+    look_around = folded(reflection(still, around), geometry.at);
+    look.at = look_around.at;
 #elif BUMP
     look = kept_above(look, geometry);
 #endif
 #elif LOOKUP == BY_NORMAL
     Varied look = n;
-    look_spread = spread;
+    look_around = around;
 #else
 #error "LOOKUP must be REFLECTION or BY_NORMAL"
 #endif
@@ -453,9 +478,9 @@ vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, mat3
 #endif
     float n_dot_v = -dot(dir_env, n_env);
 #if LIGHT == WHITE_MIRROR
-    return mirrored(p_room, look, look_spread, rough);
+    return mirrored(p_room, look, look_around, rough);
 #elif LIGHT == TINTED_MIRROR
-    return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look, look_spread, rough);
+    return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look, look_around, rough);
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
 #if LIGHT == GLOSSY
     vec2 factors = lobe_factors(n_dot_v, rough);
@@ -493,14 +518,14 @@ vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, mat3
 #endif
     vec3 result = share * lobe.mirrored;
 #elif LIGHT == GLOSSY
-    vec3 result = share * mirrored(p_room, Varied(lobe_dir(n_env, look.at, rough), look.dx, look.dy), look_spread, rough);
+    vec3 result = share * mirrored(p_room, Varied(lobe_dir(n_env, look.at, rough), look.dx, look.dy), look_around, rough);
 #if SUNS
     // What a facet scatters on counts as share has it, at every angle of the sun.
     vec3 scattered = share / max(f0 * factors.x + factors.y, 1e-6);
     result += scattered * suns_mirrored(-dir_env, n_env, rough);
 #endif
 #else
-    vec3 result = share * mirrored(p_room, look, look_spread, rough);
+    vec3 result = share * mirrored(p_room, look, look_around, rough);
 #endif
 #if DIFFUSE
     result += kept * diffuse_color * irradiance_over_pi(n_env);
@@ -509,15 +534,14 @@ vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, mat3
     result += kept * transmitted_color * lobe.through;
 #elif TRANSMISSION
     Varied through = refraction(dir, n, eta);
-    mat3 through_spread = mat3(0.0);
+    Varied through_around = around;
 #if SPREAD && LIGHT != GLOSSY
-    mat3 refracted_spread = carried_spread(refract_matrix(dir_env, n_env, eta), spread);
-    through_spread = folded_spread(through.at, -geometry.at, refracted_spread);
-    through.at = folded_dir(through.at, -geometry.at, refracted_spread);
+    through_around = folded(refraction(still, around, eta), -geometry.at);
+    through.at = through_around.at;
 #elif BUMP
     through = kept_above(through, Varied(-geometry.at, -geometry.dx, -geometry.dy));
 #endif
-    result += kept * transmitted_color * mirrored(p_room, through, through_spread, rough);
+    result += kept * transmitted_color * mirrored(p_room, through, through_around, rough);
 #endif
     return result;
 #else
@@ -545,10 +569,10 @@ void main() {
     Varied n = normal_met(s, p_met, n_env);
     Varied geometry = n;
 #if BUMP
-    mat3 spread;
-    n = bumped(s, p_met, n, spread);
+    Varied around;
+    n = bumped(s, p_met, n, around);
 #else
-    const mat3 spread = mat3(0.0);
+    Varied around = Varied(n_env, vec3(0.0), vec3(0.0));
 #endif
 #if TWO_SIDED
     // The bump belongs to the outer side; seen from behind, the whole bent surface is turned over.
@@ -573,7 +597,7 @@ void main() {
 #else
     Varied p_room = p_met;
 #endif
-    color = vec4(light(p_room, dir, n, geometry, eta, spread), 1.0);
+    color = vec4(light(p_room, dir, n, geometry, eta, around), 1.0);
 #if SHOW == SHOW_NORMAL
     shown = vec4(world_from_env * n.at, 1.0);
 #elif SHOW == SHOW_UV && HAS_UV

@@ -31,6 +31,7 @@ from glbump.maps.pyramid import chain as box_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
 from glbump.reference import ggx
+from glbump.reference.direction import axes_across
 from glbump.reference.lobe import Facets, lobe_factors
 from glbump.scene import Bump, Material, Scene, Surface
 from glbump.shapes import Plane, Sphere, Torus, Transform
@@ -167,7 +168,7 @@ def _pairs(count: int) -> tuple[Any, Any]:
     rng = np.random.default_rng(4)
     n = rng.normal(size=(count, 3))
     n /= np.linalg.norm(n, axis=1, keepdims=True)
-    x, y = ggx.axes_across(n)
+    x, y = axes_across(n)
     cosine, turn = rng.uniform(0.15, 1, count)[:, None], rng.uniform(0, 6, count)[:, None]
     return cosine * n + np.sqrt(1 - cosine**2) * (np.cos(turn) * x + np.sin(turn) * y), n
 

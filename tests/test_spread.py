@@ -15,7 +15,7 @@ from glbump.camera import Camera
 from glbump.contents import Contents
 from glbump.environment import CubeMap, Sky
 from glbump.gl.renderer import Renderer
-from glbump.glsltest import inputs
+from glbump.glsltest import Glsl, inputs
 from glbump.maps import patterns
 from glbump.maps.heights import slopes
 from glbump.maps.layout import CUBE, texel_dirs
@@ -23,9 +23,9 @@ from glbump.maps.moments import lean_levels, toksvig_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
 from glbump.reference import spread
-from glbump.reference.bump import bump_normal
 from glbump.reference.computed import radiance
-from glbump.reference.reflect import reflect_dir, refract_dir
+from glbump.reference.direction import axes_across
+from glbump.reference.reflect import reflect_dir
 from glbump.scene import Bump, Material, NormalMap, Scene, Surface
 from glbump.shapes import Cube, Plane, Quad, Shape, Sphere, Torus, Transform
 
@@ -71,76 +71,77 @@ def test_a_map_of_one_texel_has_no_spread() -> None:
 
 # ---- how directions spread
 
-STEP = 1e-6
-STEPPED = 1e-8  # central differences: their square, times third derivatives, and 1e-16 over them
-
 
 def _across(n: F64, v: F64) -> F64:
     result: F64 = v - n * np.einsum("ki,ki->k", n, v)[:, None]
     return result
 
 
-@pytest.mark.parametrize(
-    ("matrix", "function", "most"),
-    [
-        (spread.reflect_matrix, reflect_dir, STEPPED),
-        # Third derivatives grow next to the critical angle, which is kept 0.1 away.
-        (lambda d, n: spread.refract_matrix(d, n, 1 / 1.5), lambda d, n: refract_dir(d, n, np.array(1 / 1.5)), STEPPED),
-    ],
-    ids=["reflection", "refraction"],
-)
-def test_matrices_are_derivatives(matrix: Callable[..., F64], function: Callable[..., F64], most: float) -> None:
-    d, n = (inputs.unit_vectors(1000, seed).astype(float) for seed in (1, 2))
-    d, n = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (d, n))
-    keep = np.abs(np.einsum("ki,ki->k", d, n)) > 0.1
-    d, n = d[keep], n[keep]
-    dn = _across(n, inputs.unit_vectors(len(n), 3).astype(float))
-
-    def moved(by: float) -> F64:
-        bent = n + by * dn
-        return function(d, bent / np.linalg.norm(bent, axis=-1, keepdims=True))
-
-    want = (moved(STEP) - moved(-STEP)) / (2 * STEP)
-    assert np.abs(np.einsum("kij,kj->ki", matrix(d, n), dn) - want).max() < most
+def _covariance(*vectors: F64) -> F64:
+    """(K, 3, 3): the sum of w w^T of vectors (K, 3)."""
+    return sum((w[:, :, None] * w[:, None, :] for w in vectors), np.zeros((len(vectors[0]), 3, 3)))
 
 
-def test_the_spread_of_normals_is_that_of_their_differences() -> None:
-    n = inputs.unit_vectors(500, 1).astype(float)
-    n /= np.linalg.norm(n, axis=-1, keepdims=True)
-    gradient = 2 * _across(n, inputs.unit_vectors(500, 2).astype(float))
-    a, b = (_across(n, inputs.unit_vectors(500, seed).astype(float)) for seed in (3, 4))
-    got = spread.normal_spread(n, gradient, spread.spread_along(a, b, np.array([1.0, 0.25, 0.5])))
-    da, db = ((bump_normal(n, gradient + STEP * v) - bump_normal(n, gradient - STEP * v)) / (2 * STEP) for v in (a, b))
-    want = spread.spread_along(da, db, np.array([1.0, 0.25, 0.5]))
-    assert np.abs(got - want).max() < 100 * STEPPED
+def _units(seed: int, count: int = 500) -> F64:
+    n = inputs.unit_vectors(count, seed).astype(float)
+    return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+
+def test_a_spread_is_the_covariance_of_the_slopes_that_it_is_made_from() -> None:
+    slopes = np.random.default_rng(1).normal(size=(500, 8, 2)) @ np.array([[1.0, 0.4], [0.0, 0.6]])
+    n = _units(1)
+    x, y = axes_across(n)
+    # Partial derivatives' directions, neither at right angles nor of one length.
+    u, v = (_across(n, _units(seed)) * seed for seed in (2, 3))
+    moments = np.einsum("ksi,ksj->kij", slopes, slopes)[:, (0, 0, 1), (0, 1, 1)]
+    changes = [slopes[:, i, :1] * u + slopes[:, i, 1:] * v for i in range(8)]
+    got = _covariance(*spread.spread_along(x, y, spread.moments_across(x, y, u, v, moments)))
+    assert np.abs(got - _covariance(*changes)).max() < 1e-12 * np.abs(got).max()
+    wrong = _covariance(*spread.spread_along(x, y, spread.moments_across(x, y, v, u, moments)))
+    assert np.abs(wrong - got).max() > 0.1 * np.abs(got).max()
+
+
+@pytest.mark.parametrize("who", ["GLSL", "reference"])
+@pytest.mark.parametrize("trace", [0.0, 1e-30, 1e-20, 1e-6, 1.0, 1e12, 1e32, 3e38])
+def test_moments_that_rounding_made_of_no_slopes_are_the_nearest_of_some(glsl: Glsl, who: str, trace: float) -> None:
+    """Halves of moments of one line: a determinant of 2e-3 below 0."""
+    turns = np.linspace(0, np.pi, 64)
+    line = np.stack([np.cos(turns) ** 2, 1.001 * np.cos(turns) * np.sin(turns), np.sin(turns) ** 2], axis=-1)
+    x, y = (np.tile(np.float32(axis), (64, 1)) for axis in ((1, 0, 0), (0, 1, 0)))
+    along = glsl("lib/spread.glsl").spread_along if who == "GLSL" else spread.spread_along
+    a, b = (np.asarray(w, np.float64) for w in along(x, y, np.float32(trace * line)))
+    got = _covariance(a, b)
+    most = min(trace, spread.MOST_SPREAD)
+    assert np.isfinite(got).all()
+    assert np.einsum("kii->k", got) == pytest.approx(most, rel=2e-3, abs=1e-30)
+    if trace < spread.MOST_SPREAD:
+        # The eigenvalue below 0, and as much of the other one.
+        assert np.abs(got[:, (0, 0, 1), (0, 1, 1)] - trace * line).max() <= 2e-3 * trace + 1e-30
 
 
 def test_what_is_folded_is_what_falls_on_both_sides() -> None:
     chance = np.random.default_rng(1).normal(size=400_000)
     for y in (0.0, 0.3, 1.0, 2.5):
-        # Of as many draws the mean is off by 1 / sqrt(400000), five times at most.
-        assert spread.folded_mean(np.array(y)) == pytest.approx(np.abs(chance + y).mean(), abs=8e-3)
+        # Of as many draws the variance is off by 1 / sqrt(200000), four times at most.
+        assert 1 - spread.folded_share(np.array(y)) == pytest.approx(np.abs(chance + y).var(), abs=9e-3)
     up, low = np.array([[0.0, 1.0, 0.0]]), np.array([[np.cos(0.1), np.sin(0.1), 0.0]])
-    around = 0.04 * (np.eye(3) - low[:, :, None] * low[:, None, :])
-    height = low[0, 1] + np.sqrt(around[0, 1, 1]) * chance
-    assert spread.folded_dir(low, up, around)[0, 1] == pytest.approx(np.abs(height).mean(), rel=0.03)
-    assert spread.folded_spread(low, up, around)[0, 1, 1] == pytest.approx(np.abs(height).var(), rel=0.03)
+    a, b = (0.2 * axis for axis in axes_across(low))
+    height = low[0, 1] + np.hypot(a[0, 1], b[0, 1]) * chance
+    mean, *left = spread.folded(low, up, a, b)
+    assert mean[0, 1] == pytest.approx(np.abs(height).mean(), rel=0.03)
+    assert _covariance(*left)[0, 1, 1] == pytest.approx(np.abs(height).var(), rel=0.03)
 
 
 def test_a_widened_footprint_holds_both() -> None:
-    d = inputs.unit_vectors(500, 1).astype(float)
-    d /= np.linalg.norm(d, axis=-1, keepdims=True)
-    x, y, a = (_across(d, 0.1 * inputs.unit_vectors(500, seed).astype(float)) for seed in (2, 3, 4))
-    around = a[:, :, None] * a[:, None, :]
-    wide = spread.widened_footprint(d, x, y, around, 4.0)
-    total = sum(w[:, :, None] * w[:, None, :] for w in wide)
-    want = x[:, :, None] * x[:, None, :] + y[:, :, None] * y[:, None, :] + 4 * around
-    assert np.abs(total - want).max() < 1e-14
-    assert np.abs(np.einsum("ki,ki->k", *wide)).max() < 1e-14
-    step, tap_x, _ = spread.spread_taps(*wide)
+    d = _units(1)
+    sides = [_across(d, 0.1 * _units(seed)) for seed in (2, 3, 4, 5)]
+    longer, shorter, squares = spread.widened_footprint(d, *sides)
+    wide = np.sqrt(squares[:, :1]) * longer, np.sqrt(squares[:, 1:]) * shorter
+    assert np.abs(_covariance(*wide) - _covariance(*sides)).max() < 1e-14
+    assert np.abs(np.einsum("ki,ki->k", longer, shorter)).max() < 1e-14
+    step, side = spread.spread_taps(squares, 1e3).T
     places = np.arange(spread.SPREAD_TAPS) - (spread.SPREAD_TAPS - 1) / 2
-    along = (tap_x**2).sum(axis=-1) / 4 + (step**2).sum(axis=-1) * places.var()
-    assert along == pytest.approx((wide[0] ** 2).sum(axis=-1) / 4, rel=1e-12)
+    assert side**2 / 4 + step**2 * places.var() == pytest.approx(squares[:, 0] / 4, rel=1e-12)
 
 
 # ---- a mirror of which no bump is seen
@@ -242,7 +243,7 @@ def test_grooves_blur_across_them_alone(renderer: Renderer) -> None:
         scene = Scene([Surface(FACING, CHROME, _tiled(grooves, AMPLITUDE))], environment, AHEAD)
         for how in SPREADS:
             seen[axis, how] = _draw(renderer, "GPU", scene, how)
-    # The mean of x^2 over the blur is its variance along x; taps lie along it, and are 0.45 of it wide across.
+    # The mean of x^2 over the blur is its variance along x; taps lie along it, and are 0.4 of it wide across.
     assert seen[1, "lean"] < 0.35 * seen[0, "lean"]
     assert seen[1, "toksvig"] == pytest.approx(seen[0, "toksvig"], rel=0.05)
 

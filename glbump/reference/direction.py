@@ -42,6 +42,15 @@ def turning(dir: npt.ArrayLike, change: npt.ArrayLike) -> F64:
     return (c - u * np.einsum("...i,...i->...", u, c)[..., None]) / np.linalg.norm(d / largest, axis=-1, keepdims=True)
 
 
+def axes_across(n: npt.ArrayLike) -> tuple[F64, F64]:
+    """Two unit vectors (..., 3) across the unit vector n (..., 3) and each other (Duff et al. 2017)."""
+    x, y, z = np.moveaxis(np.asarray(n, np.float64), -1, 0)
+    side = np.where(z >= 0, 1.0, -1.0)
+    a = -1 / (side + z)
+    b = x * y * a
+    return np.stack([1 + side * x * x * a, side * b, -side * x], axis=-1), np.stack([b, side + y * y * a, -y], axis=-1)
+
+
 def turned_up(dir: npt.ArrayLike) -> F64:
     """(..., 3) with y = |y|: what lies below the horizon, mirrored above it."""
     d = np.asarray(dir, np.float64)

@@ -103,12 +103,3 @@ def unshadowed(n_dot_v: npt.ArrayLike, n_dot_l: npt.ArrayLike, alpha: npt.ArrayL
     slant_v, slant_l = (np.sqrt(square + (1 - square) * c * c) for c in (to_v, to_l))
     result: F64 = to_l * (to_v + slant_v) / np.maximum(to_l * slant_v + to_v * slant_l, 1e-30)
     return result
-
-
-def axes_across(n: npt.ArrayLike) -> tuple[F64, F64]:
-    """Two unit vectors (..., 3) across the unit vector n (..., 3) and each other (Duff et al. 2017)."""
-    x, y, z = np.moveaxis(np.asarray(n, np.float64), -1, 0)
-    side = np.where(z >= 0, 1.0, -1.0)
-    a = -1 / (side + z)
-    b = x * y * a
-    return np.stack([1 + side * x * x * a, side * b, -side * x], axis=-1), np.stack([b, side + y * y * a, -y], axis=-1)

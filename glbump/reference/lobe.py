@@ -10,6 +10,7 @@ import numpy.typing as npt
 from glbump.frozen import Frozen
 from glbump.maps.dfg import table
 from glbump.reference import ggx, reflect
+from glbump.reference.direction import axes_across
 
 F64 = npt.NDArray[np.float64]
 
@@ -80,7 +81,7 @@ class Facets(Frozen):
 
     def _mean(self, look: Light, instead: F64, facet: Callable[[F64, F64, F64, F64], tuple[F64, F64, F64]]) -> F64:
         n_dot_v = np.clip(np.einsum("ki,ki->k", self.n, self.v), 1e-4, 1)
-        x, y = ggx.axes_across(self.n)
+        x, y = axes_across(self.n)
         along = self.v - n_dot_v[:, None] * self.n
         length = np.linalg.norm(along, axis=-1, keepdims=True)
         aside = length > 1e-4

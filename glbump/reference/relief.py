@@ -15,6 +15,7 @@ from glbump.reference import bump as bumps
 from glbump.reference import encodings, footprint, gradients, spread
 from glbump.reference import filter as filters
 from glbump.reference.cast import Hits
+from glbump.reference.direction import axes_across
 from glbump.reference.varied import Place, Varied, turned_change
 from glbump.relief import HEIGHTS, LEVEL_WIDTH, SCREEN, Layer, layers, terms
 from glbump.scene import Bump, NormalMap, Surface
@@ -62,9 +63,9 @@ class Relief:
 
     def bent(
         self, hit: Hits, front: Index, p_object: Varied, normals: Varied, linear: F64, at: Place
-    ) -> tuple[Varied, F64]:
-        """Unit normals of the hits `front`, at points p_object, bent; and of those that are not seen one by one the
-        spread (K, 3, 3), in slopes. linear: (3, 3) from the object's frame."""
+    ) -> tuple[Varied, Varied]:
+        """Unit normals of the hits `front`, at points p_object, bent; and with the spread of those that are not seen
+        one by one, in slopes. linear: (3, 3) from the object's frame."""
         n_env = normals.at
         uv = np.zeros((len(front), 2)) if hit.uv is None else hit.uv[front]
         p, n = p_object.at, hit.n[front]
@@ -72,15 +73,17 @@ class Relief:
         dpdu, dpdv = (np.zeros_like(p) if d is None else d[front] @ linear.T for d in (hit.dpdu, hit.dpdv))
         gradient = np.zeros_like(n_env)
         height, by_uv, on_screen = np.zeros(len(uv)), np.zeros_like(uv), np.zeros(len(uv))
-        by_uv_moments, total = np.zeros((len(uv), 3)), np.zeros((len(uv), 3, 3))
+        axes = axes_across(n_env)
+        by_uv_moments, total = np.zeros((len(uv), 3)), np.zeros((len(uv), 3))
         for layer, levels, spreads in zip(self.layers, self._maps, self._spreads):
             bump = layer.bump
             if layer.is_triplanar:
-                along, above, around = self._triplanar(layer, levels, spreads, p_object, n)
                 # Of a height that is known where the object is: rows, by the inverse.
-                gradient += bumps.volume_gradient(n_env, along @ np.linalg.inv(linear))
-                tangential = np.eye(3) - n_env[:, :, None] * n_env[:, None, :]
-                total += spread.carried_spread(tangential @ np.linalg.inv(linear).T, around)
+                inverse = np.linalg.inv(linear)
+                object_axes = axes[0] @ inverse.T, axes[1] @ inverse.T
+                along, above, moments = self._triplanar(layer, levels, spreads, p_object, n, object_axes)
+                gradient += bumps.volume_gradient(n_env, along @ inverse)
+                total += moments
                 on_screen += above if layer.kind == SCREEN else 0.0
                 continue
             place, moved = uv * bump.map_repeat, (duv[0] * bump.map_repeat, duv[1] * bump.map_repeat)
@@ -89,11 +92,11 @@ class Relief:
             if isinstance(bump, NormalMap):
                 t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
                 gradient += slope[:, :1] * t + slope[:, 1:] * b
-                total += spread.spread_along(t, b, moments)
+                total += spread.moments_across(*axes, t, b, moments)
             elif bump.scaling == "parameter":
                 gradient += bumps.invariant_gradient(n_env, dpdu, dpdv, slope)
                 along_u, along_v = (bumps.invariant_gradient(n_env, dpdu, dpdv, unit) for unit in np.eye(2))
-                total += spread.spread_along(along_u, along_v, moments)
+                total += spread.moments_across(*axes, along_u, along_v, moments)
             elif layer.kind == SCREEN:
                 on_screen += bump.amplitude * value[:, 2]
             else:
@@ -107,7 +110,7 @@ class Relief:
         else:
             gradient += bumps.surface_gradient(n_env, dpdu, dpdv, by_uv)
         by_u, by_v = (bumps.surface_gradient(n_env, dpdu, dpdv, unit) for unit in np.eye(2))
-        total += spread.spread_along(by_u, by_v, by_uv_moments)
+        total += spread.moments_across(*axes, by_u, by_v, by_uv_moments)
         if on_screen.any():
             both = zip(at.differences(p @ linear.T), at.differences(on_screen[:, None]), strict=True)
             (p_x, h_x), (p_y, h_y) = both
@@ -116,7 +119,9 @@ class Relief:
             footprint.bump_normal_change(n_env, gradient, dn, dg)
             for dn, dg in zip(normals[1:], at.differences(gradient), strict=True)
         )
-        return Varied(bumps.bump_normal(n_env, gradient), *changes), spread.normal_spread(n_env, gradient, total)
+        bent, still = bumps.bump_normal(n_env, gradient), np.zeros_like(n_env)
+        around = (footprint.bump_normal_change(n_env, gradient, still, s) for s in spread.spread_along(*axes, total))
+        return Varied(bent, *changes), Varied(bent, *around)
 
     def _changes(self, hit: Hits, front: Index, p: Varied, uv: F64, at: Place) -> tuple[F64, F64]:
         """Changes (K, 2) of u and v from pixel to pixel."""
@@ -128,13 +133,13 @@ class Relief:
         return footprint.uv_change(p.dx, *by_uv), footprint.uv_change(p.dy, *by_uv)
 
     def _triplanar(
-        self, layer: Layer, levels: list[F64], spreads: list[F64], p: Varied, n: F64
+        self, layer: Layer, levels: list[F64], spreads: list[F64], p: Varied, n: F64, axes: tuple[F64, F64]
     ) -> tuple[F64, F64, F64]:
-        """Gradients (K, 3) in the object's frame, heights (K) and the gradients' spreads (K, 3, 3), of a map laid along
-        its axes, at points p with normals n (K, 3)."""
+        """Gradients (K, 3) in the object's frame, heights (K) and the gradients' second moments (K, 3) along two axes
+        there, of a map laid along the object's own, at points p with normals n (K, 3)."""
         bump = layer.bump
         assert isinstance(bump, Bump)
-        gradient, height, around = np.zeros_like(n), np.zeros(len(n)), np.zeros((len(n), 3, 3))
+        gradient, height, total = np.zeros_like(n), np.zeros(len(n)), np.zeros_like(n)
         shares = bumps.triplanar_shares(n)
         for axis, (right, up) in enumerate(_PLANES):
             # Seen upright from outside, so from the other side the other way round.
@@ -144,10 +149,10 @@ class Relief:
             place, *ddxy = (np.einsum("kij,kj->ki", right_up, v) * bump.map_repeat for v in p)
             value, moments = self._averaged(layer, levels, spreads, place, (ddxy[0], ddxy[1]))
             share = shares[:, axis]
-            around += share[:, None, None] ** 2 * spread.spread_along(right_up[:, 0], right_up[:, 1], moments)
+            total += share[:, None] ** 2 * spread.moments_across(*axes, right_up[:, 0], right_up[:, 1], moments)
             gradient += share[:, None] * np.einsum("kij,ki->kj", right_up, value[:, :2] * bump.slope_scale)
             height += share * bump.amplitude * value[:, 2]
-        return gradient, height, around
+        return gradient, height, total
 
     def _averaged(
         self, layer: Layer, levels: list[F64], spreads: list[F64], place: F64, changes: tuple[F64, F64]

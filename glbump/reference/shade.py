@@ -203,14 +203,13 @@ def places_of(scene: Scene, index: int, mesh: Mesh, size: tuple[int, int], offse
     return result
 
 
-def _above(surface: Surface, look: Varied, n: Varied, change: F64, spread: F64 | None) -> tuple[Varied, F64 | None]:
-    """Directions that bent normals with a spread (K, 3, 3) may send under the surface, those mirrored at it; and
-    their own spread. change: (K, 3, 3) of theirs by the normals'."""
-    if spread is None:
+def _above(surface: Surface, look: Varied, n: Varied, around: Varied | None) -> tuple[Varied, Varied | None]:
+    """Directions that bent normals may send under the surface, those mirrored at it; and so with their spread, that of
+    `around`, where they have one."""
+    if around is None:
         return (kept_above(look, n) if surface.bumps else look), None
-    carried = spreads.carried_spread(change, spread)
-    folded = spreads.folded_dir(look.at, n.at, carried)
-    return look._replace(at=folded), spreads.folded_spread(look.at, n.at, carried)
+    folded = Varied(*spreads.folded(around.at, n.at, around.dx, around.dy))
+    return look._replace(at=folded.at), folded
 
 
 def _f0(material: Material) -> F64:
@@ -317,11 +316,11 @@ class _Shader:
         side = np.where(behind[:, None], -1.0, 1.0)
         n = normal_met(surface.shape, hit.n[front], p_object, n_env, linear, at)
         geometry = n.times(side)
-        relief, spread = self.reliefs[index], np.zeros((len(front), 3, 3))
+        relief, around = self.reliefs[index], n
         if relief.layers:
             if hit.uv is None and not all(layer.is_triplanar for layer in relief.layers):
                 raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
-            n, spread = relief.bent(hit, front, p_object, n, linear, at)
+            n, around = relief.bent(hit, front, p_object, n, linear, at)
         n = n.times(side)
         if relief.layers:
             n = kept_facing(n, look)
@@ -331,9 +330,9 @@ class _Shader:
             uv = np.zeros((len(front), 2)) if hit.uv is None else hit.uv[front]
             return np.pad(uv, ((0, 0), (0, 1)))
         eta = np.where(behind, surface.material.ior, 1 / surface.material.ior)
-        around = self.surroundings[self.scene.environment_of(surface)]
-        seen_apart = not relief.has_spread or (surface.material.roughness == 0 and not around.has_footprint)
-        return self._light(surface, p_world, look, n, geometry, eta, None if seen_apart else spread)
+        has_levels = self.surroundings[self.scene.environment_of(surface)].has_footprint
+        seen_apart = not relief.has_spread or (surface.material.roughness == 0 and not has_levels)
+        return self._light(surface, p_world, look, n, geometry, eta, None if seen_apart else around._replace(at=n.at))
 
     def _irradiance_over_pi(self, environment: Environment, n_env: F64) -> F64:
         """Of normals (K, 3), before exposure: the truth in the place of a map."""
@@ -362,31 +361,31 @@ class _Shader:
         n: Varied,
         geometry: Varied,
         eta: F64,
-        spread: F64 | None,
+        spread: Varied | None,
     ) -> F64:
         """What surface.frag's light() computes, for any material. eta: (K,) index of refraction on the eye's side over
-        that on the other; spread: (K, 3, 3) of n_env, in slopes, None where no bumps are averaged."""
+        that on the other; spread: normals with theirs, in slopes, None where no bumps are averaged."""
         material, environment = surface.material, self.scene.environment_of(surface)
         around = self.surroundings[environment]
         dir_env, n_env = dir.at, n.at
+        still = Varied(dir_env, *[np.zeros_like(dir_env)] * 2)
         roughness: Any = material.roughness
         is_glossy, around_normal = roughness > 0, None
         if spread is not None and is_glossy:
-            roughness = spreads.spread_roughness(roughness, spread)
+            roughness = spreads.spread_roughness(roughness, spread.dx, spread.dy)
         elif spread is not None:
-            around_normal = spreads.unit_spread(spread)
+            around_normal = spread.times(spreads.unit_share(spread.dx, spread.dy)[:, None])._replace(at=n_env)
         look, look_spread = n, around_normal
         if environment.lookup == "reflection":
             look = reflection(dir, n)
-            change = spreads.reflect_matrix(dir_env, n_env)
-            look, look_spread = _above(surface, look, geometry, change, around_normal)
+            look, look_spread = _above(surface, look, geometry, around_normal and reflection(still, around_normal))
         if self.show == "reflection":
             return look.at @ around.env_from_world
         n_dot_v = -np.einsum("ni,ni->n", dir_env, n_env)
         factors = lobe_factors(n_dot_v, roughness, self.quality.dfg) if is_glossy else None
         specular, kept = _shares(material, n_dot_v, eta, factors)
 
-        def looked_at(look: Varied, spread: F64 | None) -> F64:
+        def looked_at(look: Varied, spread: Varied | None) -> F64:
             if is_glossy:
                 return self._blurred(environment, around.seen_at(p_world.at, look.at), roughness)
             return around.light(around.seen_from(p_world, look), spread)
@@ -416,8 +415,8 @@ class _Shader:
             irradiance = around.exposure * self._irradiance_over_pi(environment, n_env)
             result = result + below * (1 - material.transmission) * irradiance
         if material.is_transmissive:
-            bent, change = refraction(dir, n, eta), spreads.refract_matrix(dir_env, n_env, eta)
-            bent, bent_spread = _above(surface, bent, geometry.times(-1.0), change, around_normal)
+            bent_around = around_normal and refraction(still, around_normal, eta)
+            bent, bent_spread = _above(surface, refraction(dir, n, eta), geometry.times(-1.0), bent_around)
             if is_glossy and self.quality.gloss == "sampled":
                 through = facets.light_through(lambda d, angle: averaged(d, angle, -geometry.at), bent.at, eta)
             else:

@@ -16,9 +16,10 @@ from glbump.maps.levels import environment_levels, fitting_pyramid
 from glbump.maps.light_formats import Fit
 from glbump.quality import Quality
 from glbump.reference import filter as filters
-from glbump.reference import ggx, parallax
+from glbump.reference import parallax
 from glbump.reference import spread as spreads
 from glbump.reference.computed import is_averaged, radiance
+from glbump.reference.direction import axes_across
 from glbump.reference.varied import Varied
 
 F64 = npt.NDArray[np.float64]
@@ -117,29 +118,26 @@ class Surroundings:
         centre = self.env_from_world @ np.subtract(room.centre, position)
         return parallax.sphere_parallax(p, dir_env, centre, room.radius)
 
-    def light(self, look: Varied, spread: F64 | None = None) -> F64:
-        """Radiance (K, 3) in unit directions, or about them, with a spread (K, 3, 3)."""
+    def light(self, look: Varied, around: Varied | None = None) -> F64:
+        """Radiance (K, 3) in unit directions, or about them, with the spread that `around` has."""
         size = self.footprint if self.has_footprint else 0.0
         dir_env, ddx, ddy = look.at, look.dx * size, look.dy * size
-        if spread is None:
+        if around is None:
             return self.exposure * self.look_up(dir_env, ddx, ddy)
-        if self.texels_per_radian is None:
-            return self.exposure * self.look_up(dir_env, *spreads.widened_footprint(dir_env, ddx, ddy, spread, 12.0))
-        wide = spreads.widened_footprint(dir_env, ddx, ddy, spread, 4.0)
-        if not self.has_taps:
-            return self.exposure * self.look_up(dir_env, *wide)
-        step, *tap = spreads.spread_taps(*wide)
-        longest = np.linalg.norm(wide[0], axis=-1, keepdims=True)
-        is_long = longest * self.texels_per_radian > 1
-        thin = (np.linalg.norm(step, axis=-1, keepdims=True) > 0.2 * longest) & is_long
-        light = np.zeros_like(dir_env)
-        for i in range(spreads.SPREAD_TAPS):
-            moved = dir_env + (i - (spreads.SPREAD_TAPS - 1) / 2) * step
-            light += self.look_up(moved / np.linalg.norm(moved, axis=-1, keepdims=True), *tap) / spreads.SPREAD_TAPS
-        return self.exposure * np.where(thin, light, self.look_up(dir_env, *wide))
+        # Levels average over a variance of 1/4 of their texels' squares, what is computed over 1/12 of a footprint's.
+        side = 12**0.5 if self.texels_per_radian is None else 2.0
+        longer, shorter, squares = spreads.widened_footprint(dir_env, ddx, ddy, side * around.dx, side * around.dy)
+        if self.texels_per_radian is None or not self.has_taps:
+            axes = (np.sqrt(squares[:, i : i + 1]) * axis for i, axis in enumerate((longer, shorter)))
+            return self.exposure * self.look_up(dir_env, *axes)
+        apart, tap = np.split(spreads.spread_taps(squares, self.texels_per_radian), 2, axis=-1)
+        places = np.arange(spreads.SPREAD_TAPS) - (spreads.SPREAD_TAPS - 1) / 2
+        looks = [self.look_up(dir_env + i * apart * longer, tap * longer, tap * shorter) for i in places]
+        result: F64 = self.exposure * np.mean(looks, axis=0)
+        return result
 
     def averaged(self, dir_env: F64, angle: F64) -> F64:
         """Radiance (K, 3) in unit directions, each the mean over a solid angle (K,)."""
         side = np.sqrt(angle)[:, None]
         look_up = self.look_up_averaged or self.look_up
-        return self.exposure * look_up(dir_env, *(side * axis for axis in ggx.axes_across(dir_env)))
+        return self.exposure * look_up(dir_env, *(side * axis for axis in axes_across(dir_env)))

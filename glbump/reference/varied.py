@@ -17,7 +17,8 @@ Index = npt.NDArray[np.intp]
 
 
 class Varied(NamedTuple):
-    """Vectors (K, 3), and their changes with a pixel to the right and with one up."""
+    """Vectors (K, 3), and their changes with a pixel to the right and with one up; or, where they are the middle of
+    many, a spread of these."""
 
     at: F64
     dx: F64

@@ -30,6 +30,16 @@ vec3 turning(vec3 dir, vec3 change) {
     return (c - d * (dot(c, d) / dot(d, d))) / length(d);
 }
 
+// Two unit vectors across the unit vector n and each other (Duff et al., "Building an orthonormal basis, revisited",
+// 2017).
+void axes_across(vec3 n, out vec3 x, out vec3 y) {
+    float side = n.z >= 0.0 ? 1.0 : -1.0;
+    float a = -1.0 / (side + n.z);
+    float b = n.x * n.y * a;
+    x = vec3(1.0 + side * n.x * n.x * a, side * b, -side * n.x);
+    y = vec3(b, side + n.y * n.y * a, -n.y);
+}
+
 // What lies below the horizon, mirrored above it.
 vec3 turned_up(vec3 dir) {
     return vec3(dir.x, abs(dir.y), dir.z);

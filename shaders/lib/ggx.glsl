@@ -82,13 +82,3 @@ float unshadowed(float n_dot_v, float n_dot_l, float alpha) {
     float l = max(n_dot_l, 0.0);
     return l * (n_dot_v + slant_v) / max(l * slant_v + n_dot_v * slant_l, 1e-30);
 }
-
-// Two unit vectors across the unit vector n and each other (Duff et al., "Building an orthonormal basis, revisited",
-// 2017).
-void axes_across(vec3 n, out vec3 x, out vec3 y) {
-    float side = n.z >= 0.0 ? 1.0 : -1.0;
-    float a = -1.0 / (side + n.z);
-    float b = n.x * n.y * a;
-    x = vec3(1.0 + side * n.x * n.x * a, side * b, -side * n.x);
-    y = vec3(b, side + n.y * n.y * a, -n.y);
-}

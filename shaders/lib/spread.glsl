@@ -1,128 +1,103 @@
-// Bumps too fine to be seen one by one, as the spread of the normals and of the directions that they make. Twin:
-// glbump/reference/spread.py. A spread is a covariance: of small changes of a vector, the mean of change * change^T.
+// Bumps too fine to be seen one by one, as the spread of the normals and of the directions that they make: small changes
+// of a vector, whose mean of change * change^T is a a^T + b b^T. So a spread is two vectors, as a footprint is, and turns
+// into another's as a footprint's do: by bump_normal_change, reflect_dir_change, refract_dir_change. Twin:
+// glbump/reference/spread.py.
 
-// Spread of a s.x + b s.y, from the second moments (uu, uv, vv) of s.
-mat3 spread_along(vec3 a, vec3 b, vec3 moments) {
-    return outerProduct(a, moments.x * a + moments.y * b) + outerProduct(b, moments.y * a + moments.z * b);
+#include "direction.glsl"
+
+// Second moments (xx, xy, yy), along x and y, of s.x u + s.y v, from those (uu, uv, vv) of s.
+vec3 moments_across(vec3 x, vec3 y, vec3 u, vec3 v, vec3 moments) {
+    vec2 a = vec2(dot(u, x), dot(u, y));
+    vec2 b = vec2(dot(v, x), dot(v, y));
+    return moments.x * a.xxy * a.xyy + moments.y * vec3(2.0 * a.x * b.x, a.x * b.y + a.y * b.x, 2.0 * a.y * b.y)
+         + moments.z * b.xxy * b.xyy;
 }
 
-// Spread of what `change` makes of a vector with this spread.
-mat3 carried_spread(mat3 change, mat3 spread) {
-    return change * spread * transpose(change);
+// Spread of s.x x + s.y y, from second moments (xx, xy, yy) of s: the columns of their square root. What rounding made of
+// moments of one line, a determinant below 0, counts as 0. Where they leave 32-bit floats, and where they are past 1e16, all
+// slopes are alike.
+void spread_along(vec3 x, vec3 y, vec3 moments, out vec3 a, out vec3 b) {
+    float trace = moments.x + moments.z;
+    bool is_known = trace < 1e16;
+    // Root of M / trace: (M / trace + r I) / sqrt(1 + 2 r), r being that of its determinant (Cayley and Hamilton).
+    vec3 m = is_known ? moments / max(trace, 1e-30) : vec3(0.5, 0.0, 0.5);
+    float r = sqrt(max(m.x * m.z - m.y * m.y, 0.0));
+    float size = sqrt((is_known ? trace : 1e16) / (1.0 + 2.0 * r));
+    a = size * ((m.x + r) * x + m.y * y);
+    b = size * (m.y * x + (m.z + r) * y);
 }
 
-// Spread of bump_normal(n, gradient), from that of the gradient, to the first order: the normal changes by what the
-// gradient's change has across it, over the length of n - gradient. In units of slopes against the bent surface. Where
-// the gradient's spread leaves 32-bit floats, and where it is past 1e16, all normals are alike: 1e16 each way across.
-mat3 normal_spread(vec3 n, vec3 gradient, mat3 spread) {
-    vec3 bent = n - gradient;
-    vec3 a = abs(bent);
-    float largest = max(a.x, max(a.y, a.z));
-    bent /= largest;
-    float inverse = inversesqrt(dot(bent, bent));
-    vec3 m = bent * inverse;
-    mat3 across = mat3(1.0) - outerProduct(m, m);
-    // Divided twice by the length: its square may leave 32-bit floats.
-    mat3 result = carried_spread(across, spread * (inverse / largest)) * (inverse / largest);
-    float total = result[0].x + result[1].y + result[2].z;
-    return total < 1e16 ? result : 1e16 * across;
+// What a spread in slopes is times, to be one of unit vectors, which cannot lie farther apart than a sphere is wide: s / (1
+// + 2 tr s). Of slopes s with a Gaussian distribution the mean of s^2 / (1 + s^2), to the second order; for slopes of 1/2
+// rms along each axis 10 % low.
+float unit_share(vec3 a, vec3 b) {
+    return inversesqrt(1.0 + 2.0 * (dot(a, a) + dot(b, b)));
 }
 
-// The same of unit vectors, which cannot lie farther apart than a sphere is wide: s / (1 + 2 tr s). Of slopes s with a
-// Gaussian distribution the mean of s^2 / (1 + s^2), to the second order; for slopes of 1/2 rms along each axis 10 % low.
-mat3 unit_spread(mat3 spread) {
-    return spread / (1.0 + 2.0 * (spread[0].x + spread[1].y + spread[2].z));
-}
-
-// How reflect_dir changes with n: d(r) = -2 ((dir . dn) n + (dir . n) dn). Twice dn in the plane of incidence; across it
-// twice the cosine of incidence as much (NUMERICS 2.4).
-mat3 reflect_matrix(vec3 dir, vec3 n) {
-    return -2.0 * (outerProduct(n, dir) + mat3(dot(dir, n)));
-}
-
-// How refract_dir changes with n, in directions across n.
-mat3 refract_matrix(vec3 dir, vec3 n, float eta) {
-    float along = dot(dir, n);
-    vec3 across = eta * (dir - along * n);
-    float rest = 1.0 - dot(across, across);
-    if (rest < 0.0) return reflect_matrix(dir, n);
-    // T = eta dir + (through - eta along) n, where along changes by dir . dn and through by eta^2 along / through of that.
-    // Next to the critical angle that has no bound: from a cosine of 1e-3 on it stays as it is.
-    float through = along > 0.0 ? max(sqrt(rest), 1e-3) : -max(sqrt(rest), 1e-3);
-    return outerProduct(n, (eta * eta * along / through - eta) * dir) + mat3(through - eta * along);
-}
-
-// The mean of |x + y|, x normally distributed about 0 with variance 1: y erf(y / sqrt 2) + sqrt(2 / pi) exp(-y^2 / 2),
-// for y >= 0. erf by tanh (Hendrycks and Gimpel, "Gaussian Error Linear Units", 2016): 1e-3 off at most.
-float folded_mean(float y) {
-    const float ROOT = 0.79788456080286535588;  // of 2 / pi
-    return y * tanh(ROOT * min(y + 0.044715 * y * y * y, 12.0)) + ROOT * exp(-0.5 * y * y);
+// x normally distributed with variance 1, and |x + y|: the variance that this loses, 1 - var |x + y|, which the square of
+// its mean gains, y^2 + this. 1.6e-4 off at most; the mean 8e-5, the deviation 1.1e-4. y >= 0.
+float folded_share(float y) {
+    float square = y * y;
+    return 0.63661977236758134308 * exp(-square * (0.56975 - 0.0028 * min(square, 8.0)));
 }
 
 // above_surface(dir, n) for directions with a spread about dir, some of which lie below: the mean of where they are
-// mirrored to. Their heights are taken as Gaussian. Unit length.
-vec3 folded_dir(vec3 dir, vec3 n, mat3 spread) {
+// mirrored to, unit length, and their spread about that: less along n by as much as the mirror brings them together. Their
+// heights are taken as Gaussian.
+void folded(vec3 dir, vec3 n, vec3 a, vec3 b, out vec3 folded_dir, out vec3 folded_a, out vec3 folded_b) {
     float height = dot(dir, n);
-    float s = sqrt(max(dot(n, spread * n), 1e-20));
-    return normalize(dir + (s * folded_mean(abs(height) / s) - height) * n);
+    vec2 along = vec2(dot(a, n), dot(b, n));
+    float variance = max(dot(along, along), 1e-20);
+    float share = folded_share(abs(height) * inversesqrt(variance));
+    folded_dir = normalize(dir + (sqrt(height * height + share * variance) - height) * n);
+    float lost = 1.0 - sqrt(1.0 - share);
+    folded_a = a - lost * along.x * n;
+    folded_b = b - lost * along.y * n;
 }
 
-// And their spread about that: less along n by as much as the mirror brings them together.
-mat3 folded_spread(vec3 dir, vec3 n, mat3 spread) {
-    float s = sqrt(max(dot(n, spread * n), 1e-20));
-    float y = abs(dot(dir, n)) / s;
-    float mean = folded_mean(y);
-    float left = sqrt(clamp(1.0 - (mean - y) * (mean + y), 0.0, 1.0));
-    return carried_spread(mat3(1.0) + (left - 1.0) * outerProduct(n, n), spread);
-}
-
-// The footprint of a unit direction, ddx and ddy, widened by a spread times `sides` (the square of the footprint's side
-// over the variance of what is averaged across it): two vectors at right angles to each other and to dir, whose sum of
-// w w^T is ddx ddx^T + ddy ddy^T + sides * spread, the longer one first.
-void widened_footprint(vec3 dir, vec3 ddx, vec3 ddy, mat3 spread, float sides, out vec3 wide_x, out vec3 wide_y) {
-    vec3 t = normalize(abs(dir.x) > 0.6 ? vec3(dir.y, -dir.x, 0.0) : vec3(0.0, -dir.z, dir.y));
-    vec3 b = cross(dir, t);
-    vec2 x = vec2(dot(ddx, t), dot(ddx, b));
-    vec2 y = vec2(dot(ddy, t), dot(ddy, b));
-    vec3 st = spread * t;
-    float tt = x.x * x.x + y.x * y.x + sides * dot(t, st);
-    float bb = x.y * x.y + y.y * y.y + sides * dot(b, spread * b);
-    float tb = x.x * x.y + y.x * y.y + sides * dot(b, st);
-    // Eigenvectors of that 2x2 matrix: half the angle of (tt - bb, 2 tb).
-    float half_sum = 0.5 * (tt + bb);
-    float half_difference = 0.5 * (tt - bb);
-    float apart = length(vec2(half_difference, tb));
-    vec2 turn = apart > 0.0 ? vec2(half_difference, tb) / apart : vec2(1.0, 0.0);
-    vec2 longer = turn.x > 0.0 ? vec2(1.0 + turn.x, turn.y) : vec2(abs(turn.y), turn.y < 0.0 ? turn.x - 1.0 : 1.0 - turn.x);
-    longer = normalize(longer);
+// The footprint of a unit direction, ddx and ddy, widened by a spread: unit axes at right angles to each other and to
+// dir, and the squares of how long it is along them, the longer one first; the sum of square * axis * axis^T is that of
+// w w^T of all four.
+void widened_footprint(vec3 dir, vec3 ddx, vec3 ddy, vec3 a, vec3 b, out vec3 longer, out vec3 shorter,
+                       out vec2 squares) {
+    vec3 x, y;
+    axes_across(dir, x, y);
+    vec4 along_x = vec4(dot(ddx, x), dot(ddy, x), dot(a, x), dot(b, x));
+    vec4 along_y = vec4(dot(ddx, y), dot(ddy, y), dot(a, y), dot(b, y));
+    float xx = dot(along_x, along_x);
+    float yy = dot(along_y, along_y);
+    float xy = dot(along_x, along_y);
+    // Eigenvectors of that 2x2 matrix: half the angle of (xx - yy, 2 xy), of whose sine and cosine the larger by a root.
+    float half_difference = 0.5 * (xx - yy);
+    float apart = length(vec2(half_difference, xy));
+    vec2 uneven = apart > 0.0 ? vec2(half_difference, xy) / apart : vec2(1.0, 0.0);
+    float larger = sqrt(0.5 + 0.5 * abs(uneven.x));
+    float smaller = 0.5 * uneven.y / larger;
+    vec2 turn = uneven.x < 0.0 ? vec2(abs(smaller), uneven.y < 0.0 ? -larger : larger) : vec2(larger, smaller);
+    longer = turn.x * x + turn.y * y;
+    shorter = turn.x * y - turn.y * x;
     // The smaller one as the determinant over the larger, which cancels less than their difference.
-    float larger = half_sum + apart;
-    float smaller = larger > 0.0 ? max(tt * bb - tb * tb, 0.0) / larger : 0.0;
-    wide_x = sqrt(larger) * (longer.x * t + longer.y * b);
-    wide_y = sqrt(smaller) * (longer.x * b - longer.y * t);
+    float most = 0.5 * (xx + yy) + apart;
+    squares = vec2(most, most > 0.0 ? max(xx * yy - xy * xy, 0.0) / most : 0.0);
 }
 
-const int SPREAD_TAPS = 4;
-const float LEAST_TAP = 0.45;  // of the longer axis: about as far apart as taps are then, so that nothing falls between
+const int SPREAD_TAPS = 3;
+const float LEAST_TAP = 0.4;  // of the longer axis: taps are 1.4 times that apart then, so that nothing falls between
 
-// A widened footprint as SPREAD_TAPS rounder ones, tap_x and tap_y each, along its longer axis: number i at
-// (i - (SPREAD_TAPS - 1) / 2) step. Together they vary as the whole: along wide_x tap_x^2 + step^2 (SPREAD_TAPS^2 - 1) / 12
-// times 4, for levels whose texels are averaged over a variance of a quarter of their square.
-void spread_taps(vec3 wide_x, vec3 wide_y, out vec3 step, out vec3 tap_x, out vec3 tap_y) {
-    float longer = length(wide_x);
-    float shorter = length(wide_y);
-    float side = max(shorter, LEAST_TAP * longer);
-    vec3 axis = longer > 0.0 ? wide_x / longer : vec3(0.0);
-    tap_x = side * axis;
-    tap_y = shorter > 0.0 ? side / shorter * wide_y : vec3(0.0);
-    const float count = float(SPREAD_TAPS);
-    step = sqrt((longer - side) * (longer + side) * 3.0 / (count * count - 1.0)) * axis;
+// A widened footprint, its squares as above, as SPREAD_TAPS round ones along its longer axis: how far they are apart, and
+// how long each is: as the shorter axis, LEAST_TAP of the longer or a texel, for texels_per_radian texels a radian.
+// Together they vary as the whole, if that is no shorter than a texel: along the longer axis side^2 + 4 step^2
+// (SPREAD_TAPS^2 - 1) / 12, for levels whose texels are averaged over a variance of a quarter of their square.
+vec2 spread_taps(vec2 squares, float texels_per_radian) {
+    const float PLACES = float(SPREAD_TAPS * SPREAD_TAPS - 1) / 3.0;
+    float side = max(sqrt(max(squares.y, LEAST_TAP * LEAST_TAP * squares.x)), 1.0 / texels_per_radian);
+    return vec2(sqrt(max(squares.x - side * side, 0.0) / PLACES), side);
 }
 
 // Roughness of facets of `roughness` on a surface whose bent normals have this spread: alpha^2 + 2 sigma^2, sigma^2 being
 // the mean variance of slopes along both axes (the sum of two Gaussian distributions of slopes; Olano and Baker, "LEAN
 // Mapping", 2010; Tokuyoshi and Kaplanyan, "Improved Geometric Specular Antialiasing", 2019). At most 1.
-float spread_roughness(float roughness, mat3 spread) {
+float spread_roughness(float roughness, vec3 a, vec3 b) {
     float square = roughness * roughness;
-    return sqrt(sqrt(min(square * square + spread[0].x + spread[1].y + spread[2].z, 1.0)));
+    return sqrt(sqrt(min(square * square + dot(a, a) + dot(b, b), 1.0)));
 }

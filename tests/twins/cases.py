@@ -17,13 +17,14 @@ from glbump.glsltest import inputs, ulp
 from glbump.reference import bump, footprint, ggx
 from glbump.reference import filter as filters
 from glbump.reference import spread as spreads
+from glbump.reference.direction import axes_across
 
 F64 = npt.NDArray[np.float64]
 Rows = tuple[Any, ...]
 EPS = 2.0**-24
 # Mesa's atan is within 3.5e-6 rad everywhere (STACK); its sin and cos within 1.5 ULP of 1.
 ATAN = 3.5e-6
-FOLDED = 1e-3  # of folded_mean's erf
+FOLDED = 1.1e-4  # of the mean and the deviation that folded_share gives
 
 
 @dataclass(frozen=True)
@@ -833,70 +834,49 @@ def _sun_bound(n: Any, v: Any, sun: Any, radius: Any, roughness: Any, f0: Any, w
 # ---- spread
 
 
-def _spreads(count: int, low: float, high: float, seed: int) -> npt.NDArray[np.float64]:
-    """Covariances (count, 3, 3) of two changes each, of all lengths from low to high."""
-    axes = [_scaled(inputs.unit_vectors(count, seed + i), low, high, seed + i + 2).astype(np.float64) for i in (0, 1)]
-    return sum((a[:, :, None] * a[:, None, :] for a in axes), np.zeros((count, 3, 3)))
+def _pairs(count: int, low: float, high: float, seed: int) -> tuple[Any, Any]:
+    """Two changes (count, 3) each, of all lengths from low to high."""
+    a, b = (_scaled(inputs.unit_vectors(count, seed + i), low, high, seed + i + 2) for i in (0, 1))
+    return a, b
 
 
-def _size(matrix: npt.ArrayLike) -> F64:
-    return np.linalg.norm(np.asarray(matrix, np.float64), axis=(-2, -1))[..., None, None]
+def _moments() -> npt.NDArray[np.float64]:
+    """Of two gradients each, (3000, 3): of any ratio, and of one line."""
+    uv = inputs.uniform(3000, -1, 1, (2, 2), 3).astype(np.float64)
+    uv[-200:, 1] = 0
+    return np.stack([(uv[:, 0] ** 2).sum(-1), (uv[:, 0] * uv[:, 1]).sum(-1), (uv[:, 1] ** 2).sum(-1)], axis=-1)
 
 
-def _moments() -> Rows:
-    uv = inputs.uniform(3000, -1, 1, (2, 2), 3)
-    moments = np.stack([(uv[:, 0] ** 2).sum(-1), (uv[:, 0] * uv[:, 1]).sum(-1), (uv[:, 1] ** 2).sum(-1)], axis=-1)
-    return (
-        _scaled(inputs.unit_vectors(3000, 1), 1e-3, 1e3),
-        _scaled(inputs.unit_vectors(3000, 2), 1e-3, 1e3, 8),
-        moments,
-    )
+def _across() -> Rows:
+    u, v = (_scaled(inputs.unit_vectors(3000, i), 1e-3, 1e3, i + 5) for i in (1, 2))
+    return inputs.unit_vectors(3000, 3), inputs.unit_vectors(3000, 4), u, v, _moments()
 
 
-def _moments_bound(a: Any, b: Any, moments: Any, want: F64) -> F64:
-    return 10 * EPS * ((length(a) + length(b)) ** 2 * np.abs(moments).max(-1))[:, None, None]
+def _along() -> Rows:
+    """All sizes from 1e-20 to what is past telling apart, past 32-bit floats, and none."""
+    moments = _moments() * inputs.log_uniform(3000, 1e-20, 1e15, seed=9).astype(np.float64)[:, None]
+    moments[:50], moments[50:60], moments[60:100] = 1e17 * moments[:50] + (1e17, 0, 1e17), 0, (3e38, 0, 3e38)
+    return inputs.unit_vectors(3000, 1), inputs.unit_vectors(3000, 2), moments
 
 
-def _spread_normals() -> Rows:
-    """Gentle to steep; then spreads that are past what is told apart, and past 32-bit floats."""
-    n = inputs.unit_vectors(3000, 1)
-    gradient = _scaled(np.cross(n, inputs.unit_vectors(3000, 2)), 1e-3, 1e6)
-    spread = _spreads(3000, 1e-4, 1e3, 3)
-    gradient[-100:], spread[-100:] = 1e-2 * gradient[-100:] / length(gradient[-100:])[:, None], 1e20 * np.eye(3)
-    spread[-50:] *= 3e18
-    return n, gradient, spread
-
-
-def _spread_normals_bound(n: Any, gradient: Any, spread: Any, want: F64) -> F64:
-    bent = length(np.asarray(n, np.float64) - gradient)[:, None, None]
-    return 60 * EPS * np.minimum(_size(spread) / bent**2, 1e16)
-
-
-def _behind(dir: Any, n: Any, eta: Any) -> F64:
-    return np.sqrt(np.abs(1 - _sine_behind(dir, n, eta)))
-
-
-def _refraction_spread_bound(dir: Any, n: Any, eta: Any, want: F64) -> F64:
-    e = np.asarray(eta, np.float64)
-    return (40 * EPS * (1 + e**2) ** 2 / np.maximum(_behind(dir, n, eta), 1e-3) ** 3)[:, None, None]
+def _along_bound(x: Any, y: Any, moments: Any, want: Any) -> F64:
+    trace = np.minimum(moments[:, 0].astype(np.float64) + moments[:, 2], 1e16)
+    # The root of a determinant is off by the root of its roundings, where it is about 0.
+    return 2 * np.sqrt(8 * EPS * trace + 1e-38)[:, None]
 
 
 def _folded() -> Rows:
     count = 3000
-    return inputs.unit_vectors(count, 1), inputs.unit_vectors(count, 2), _spreads(count, 1e-5, 0.7, 3)
+    return inputs.unit_vectors(count, 1), inputs.unit_vectors(count, 2), *_pairs(count, 1e-5, 0.7, 3)
 
 
-def _folded_bound(dir: Any, n: Any, spread: Any, want: F64) -> F64:
-    d, n = np.asarray(dir, np.float64), np.asarray(n, np.float64)
-    s = np.sqrt(np.einsum("ki,kij,kj->k", n, spread, n))
-    height = dot(d, n)
-    moved = d + (s * spreads.folded_mean(np.abs(height) / np.maximum(s, 1e-10)) - height)[:, None] * n
-    return ((FOLDED * s + 20 * EPS) / length(moved))[:, None]
-
-
-def _folded_spread_bound(dir: Any, n: Any, spread: Any, want: F64) -> F64:
-    # What is left is the root of at least 1 - 2 / pi; the mean times 2 y + 1 is off by twice as much, and some more.
-    return 8 * FOLDED * _size(spread)
+def _folded_bound(dir: Any, n: Any, a: Any, b: Any, want: Any) -> F64:
+    n = np.asarray(n, np.float64)
+    s = np.hypot(dot(a, n), dot(b, n))
+    height = dot(np.asarray(dir, np.float64), n)
+    mean = np.sqrt(height**2 + s**2 * spreads.folded_share(np.abs(height) / np.maximum(s, 1e-10)))
+    moved = length(np.asarray(dir, np.float64) + (mean - height)[:, None] * n)
+    return (np.maximum(FOLDED * s / moved, FOLDED * s) + 20 * EPS / moved)[:, None]
 
 
 def _widened() -> Rows:
@@ -904,38 +884,29 @@ def _widened() -> Rows:
     d = inputs.unit_vectors(count, 1).astype(np.float64)
     across = np.eye(3) - d[:, :, None] * d[:, None, :]
     x, y = (_scaled(inputs.unit_vectors(count, i), 1e-3, 1, i + 5) for i in (2, 3))
-    return (
-        d,
-        np.einsum("kij,kj->ki", across, x),
-        np.einsum("kij,kj->ki", across, y),
-        _spreads(count, 1e-3, 0.5, 10),
-        4.0,
-    )
+    return d, np.einsum("kij,kj->ki", across, x), np.einsum("kij,kj->ki", across, y), *_pairs(count, 2e-3, 1, 10)
 
 
-def _widened_bound(dir: Any, ddx: Any, ddy: Any, spread: Any, sides: Any, want: Any) -> F64:
-    longer, shorter = (length(axis) for axis in want)
-    apart = 1 - (shorter / longer) ** 2
-    # Squares are off by some roundings of the longest; the root of that where the shorter axis is all but none.
-    off = 40 * EPS * longer * np.maximum(1.0 / apart, longer / np.maximum(shorter, np.sqrt(40 * EPS) * longer))
-    return off[:, None]
+def _widened_bound(dir: Any, ddx: Any, ddy: Any, a: Any, b: Any, want: Any) -> F64:
+    squares = want[2]
+    apart = 1 - squares[:, 1] / squares[:, 0]
+    # Axes are off as squares are over how far these lie apart; squares are by some roundings of the larger one.
+    return (40 * EPS * np.maximum(1.0 / apart, squares[:, 0]))[:, None]
 
 
-def _widened_where(dir: Any, ddx: Any, ddy: Any, spread: Any, sides: Any) -> Any:
+def _widened_where(dir: Any, ddx: Any, ddy: Any, a: Any, b: Any) -> Any:
     """Where the axes differ, and the longer one is told from its opposite."""
-    d, *rest = (np.asarray(a, np.float64) for a in (dir, ddx, ddy, spread, sides))
-    longer, shorter = spreads.widened_footprint(d, *rest)
-    first = np.where(np.abs(d[:, :1]) > 0.6, np.cross(d, [0, 0, 1]), np.cross([1, 0, 0], d))
-    told = np.abs(dot(longer, first)) > 1e-3 * length(longer)
-    clear = np.abs(np.abs(d[:, 0]) - 0.6) > 1e-3
-    return (length(shorter) < 0.95 * length(longer)) & told & clear
+    d, *rest = (np.asarray(v, np.float64) for v in (dir, ddx, ddy, a, b))
+    longer, _, squares = spreads.widened_footprint(d, *rest)
+    told = np.abs(dot(longer, axes_across(d)[0])) > 1e-3
+    return (squares[:, 1] < 0.9 * squares[:, 0]) & told
 
 
 def _taps() -> Rows:
-    x = _scaled(inputs.unit_vectors(3000, 1), 1e-4, 2)
-    y = np.cross(x, inputs.unit_vectors(3000, 2)) * inputs.uniform(3000, 0, 1, (1,), 3)
-    y[-10:], x[-5:] = 0.0, 0.0
-    return x, y
+    longer = inputs.log_uniform(3000, 1e-8, 4, seed=1)
+    squares = np.stack([longer, longer * inputs.uniform(3000, 0, 1, seed=2)], axis=-1)
+    squares[-10:, 1], squares[-5:] = 0.0, 0.0
+    return squares, 100.0
 
 
 CASES: dict[str, Case] = {
@@ -1141,6 +1112,11 @@ CASES: dict[str, Case] = {
         "a division of 2.5 ULP, an inverse root of 1.5 and a product, of components below 1",
         abs=6 * EPS,
     ),
+    "direction.axes_across": Case(
+        lambda: (inputs.directions(3000, 5),),
+        "products over 1 + |z|, at least 1: some six roundings of at most 2",
+        abs=16 * EPS,
+    ),
     "direction.turned_up": Case(lambda: (inputs.directions(1000),), "signs are exact", abs=ulp.TINY),
     "layout.octahedral_place": Case(
         _extreme_directions,
@@ -1323,11 +1299,6 @@ CASES: dict[str, Case] = {
     "ggx.unshadowed": Case(
         _cosines_and_alpha, "two roots and a quotient of positive sums; 1 - alpha^2 is off by EPS", abs=24 * EPS
     ),
-    "ggx.axes_across": Case(
-        lambda: (inputs.directions(3000, 5),),
-        "products over 1 + |z|, at least 1: some six roundings of at most 2",
-        abs=16 * EPS,
-    ),
     "ggx.lobe_dir": Case(
         lambda: (
             inputs.directions(2000, 1),
@@ -1430,50 +1401,37 @@ CASES: dict[str, Case] = {
         "1 - cos is rounded once and taken to the fifth power: 5 + 6 roundings of what is at most 1",
         abs=12 * EPS,
     ),
-    "spread.spread_along": Case(_moments, "two products and sums, twice", abs=_moments_bound),
-    "spread.carried_spread": Case(
-        lambda: (inputs.uniform(2000, -2, 2, (3, 3), 1), _spreads(2000, 1e-3, 1e3, 2)),
-        "two products of matrices, each a sum of three products",
-        abs=lambda change, spread, want: 12 * EPS * _size(change) ** 2 * _size(spread),
+    "spread.moments_across": Case(
+        _across,
+        "four dot products, twice in three products of which the sums may cancel",
+        abs=lambda x, y, u, v, moments, want: (
+            30 * EPS * ((length(u) + length(v)) ** 2 * np.abs(moments).max(-1))[:, None]
+        ),
     ),
-    "spread.normal_spread": Case(
-        _spread_normals,
-        "a direction of 6 roundings, twice on either side, in two products of matrices",
-        abs=_spread_normals_bound,
+    "spread.spread_along": Case(
+        _along, "two roots, one of a determinant in which all but roundings may cancel", abs=_along_bound
     ),
-    "spread.unit_spread": Case(lambda: (_spreads(2000, 1e-4, 1e3, 1),), "a trace and a quotient", ulps=8),
-    "spread.reflect_matrix": Case(
-        lambda: (inputs.directions(4000, 1), inputs.directions(4000, 2)),
-        "a dot product of three roundings and a product, doubled, of at most 4",
-        abs=16 * EPS,
-    ),
-    "spread.refract_matrix": Case(
-        _refractions,
-        "as refract_dir, over the cosine behind; next to the critical angle either answer is right",
-        abs=_refraction_spread_bound,
-        where=lambda d, n, eta: np.abs(_sine_behind(d, n, eta) - 1) > 1e-3 * np.maximum(eta, 1),
-    ),
-    "spread.folded_mean": Case(
+    "spread.unit_share": Case(lambda: _pairs(2000, 1e-4, 1e8, 1), "a sum of squares, and its root", ulps=8),
+    "spread.folded_share": Case(
         lambda: (np.concatenate([np.linspace(0, 8, 2001), inputs.log_uniform(1000, 8, 1e10, seed=1)]),),
-        "erf by tanh, which is off by 1e-3 at most; far away it is the identity",
-        abs=lambda y, want: FOLDED + 4 * EPS * y,
+        "a curve fitted to it, and exp of some roundings of 0.6",
+        abs=1.6e-4,
     ),
-    "spread.folded_dir": Case(_folded, "folded_mean times the deviation, in units of what is left", abs=_folded_bound),
-    "spread.folded_spread": Case(
-        _folded, "what folded_mean's error makes of the variance, and its root", abs=_folded_spread_bound
+    "spread.folded": Case(
+        _folded, "the deviation times folded_share's error, for directions in units of what is left", abs=_folded_bound
     ),
     "spread.widened_footprint": Case(
         _widened,
-        "products of at most the longer axis' square, their eigenvectors where these are apart, and roots",
+        "products of at most the longer axis' square, and their eigenvectors where these are apart",
         abs=_widened_bound,
         where=_widened_where,
     ),
     "spread.spread_taps": Case(
         _taps,
-        "lengths of some roundings; the root of their difference where both are alike",
-        abs=lambda x, y, want: 2 * np.sqrt(EPS) * length(x)[:, None],
+        "roots; that of the difference of what is alike",
+        abs=lambda squares, per, want: np.sqrt(4 * EPS * squares[:, :1]) + 2 * EPS * want,
     ),
     "spread.spread_roughness": Case(
-        lambda: (inputs.uniform(2000, seed=1), _spreads(2000, 1e-4, 1, 2)), "a sum, and two roots", ulps=6
+        lambda: (inputs.uniform(2000, seed=1), *_pairs(2000, 1e-4, 1, 2)), "a sum, and two roots", ulps=6
     ),
 }
