@@ -66,7 +66,7 @@ class Viewer:
     ) -> None:
         self.folder = folder or Path()
         self.shown: Showing = Showing(opens, quality, tone=tone, exposure=exposure)
-        self.stage: Stage = Stage(size, "glbump", self.shown.contents)
+        self.stage: Stage = Stage(size, "opening ... - glbump", self.shown.contents)
         self.hands: Hands = Hands(self)
         self.panel: Panel | None = None
         self.timings: deque[Timing] = deque(maxlen=120)
