@@ -87,17 +87,18 @@ def opened(path: Path, contents: Contents) -> Subject:
     """A scene file as it is; for the others the obvious scene: a mesh in the demo's evening, a chrome ball in a
     panorama, heights and normals on a torus over a plane. Raises GlbumpError kinds."""
     kind, why = kind_of(path)
+    name = path.name.encode(errors="replace").decode()  # Bytes that are no letters cannot be shown.
     if kind == SCENE:
-        return Subject(path.name, load_scene(path), path.name, path)
+        return Subject(name, load_scene(path), name, path)
     from glbump import demo
     from glbump.demo.gallery import GOLD
 
-    title = f"{path.name} ({kind}, since {why})"
+    title = f"{name} ({kind}, since {why})"
     if kind == PANORAMA:
         ball = demo.chosen(["mirror-ball"])[0].scene(path)
-        return Subject(path.name, replace(ball, environment=environment_in(path)), title)
+        return Subject(name, replace(ball, environment=environment_in(path)), title)
     evening = LatLong(_demo_maps(["evening.exr"]) / "evening.exr")
-    lit = Subject(path.name, Scene([], evening), title, tone="filmic", exposure=0.4)
+    lit = Subject(name, Scene([], evening), title, tone="filmic", exposure=0.4)
     if kind == MESH:
         return replace(lit, scene=with_mesh(lit.scene, path, contents))
     bumped = bump_in(path, kind, width=1.0)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from bisect import bisect_right
+from functools import lru_cache, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +49,10 @@ def plate(text: str, kind: str, width: int, ratio: float = 1.0) -> Bytes | None:
     return result
 
 
+def _length(text: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, letters: int) -> float:
+    return font.getlength(text[:letters])
+
+
 def _rows(line: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, room: float) -> list[tuple[str, str | None]]:
     """A line as rows that fit: its two columns, or its words broken where they must be."""
     left, tab, right = line.partition(COLUMN)
@@ -59,8 +64,9 @@ def _rows(line: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, room: f
         if row and font.getlength(longer) > room:
             rows.append(row)
             longer = word
-        while font.getlength(longer) > room and len(longer) > 1:
-            cut = next(n for n in range(len(longer), 0, -1) if n == 1 or font.getlength(longer[:n]) <= room)
+        # A letter has a pixel at least: what is longer than the room is pixels wide is not measured.
+        while len(longer) > 1 and font.getlength(longer[: int(room) + 1]) > room:
+            cut = max(1, bisect_right(range(1, int(room) + 1), room, key=partial(_length, longer, font)))
             rows.append(longer[:cut])
             longer = longer[cut:]
         row = longer
