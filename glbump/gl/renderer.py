@@ -397,10 +397,12 @@ class Renderer:
 
     def _targets_for(self, use: str, plan: Plan) -> Targets:
         key = Targets.key(plan)
-        if use not in self._targets or self._targets[use][0] != key:
-            if use in self._targets:
-                self._targets.pop(use)[1].release()
+        before = self._targets.get(use)
+        if before is None or before[0] != key:
+            # Made first: where there is no room for them, the last picture stays.
             self._targets[use] = (key, Targets(self.context, plan))
+            if before is not None:
+                before[1].release()
         return self._targets[use][1]
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from .driving import in_window, press, scene, settle, tell, viewing
@@ -68,8 +69,6 @@ def test_a_pixel_is_of_the_picture_that_was_pointed_at(folder: Path) -> None:
 @in_window
 def test_heights_are_dropped_on_what_is_there_when_it_is_their_turn(folder: Path) -> None:
     """On the surface that was pointed at; on the first where a mesh or a scene has come in its place."""
-    import numpy as np
-
     from glbump.maps.files import write_display
 
     heights, mesh, other = folder / "height.png", folder / "a.obj", folder / "other.toml"
@@ -240,3 +239,32 @@ def test_a_defect_is_written_to_the_terminal(folder: Path) -> None:
     assert "in broken" in terminal.getvalue()
     assert terminal.getvalue().count("Traceback") == 1
     assert shown.trouble.endswith("the terminal shows: KeyError: 'nowhere'")
+
+
+@in_window
+def test_the_last_picture_stays_where_the_next_finds_no_room(folder: Path) -> None:
+    """On the GPU too: it is let go when there is another."""
+    from glbump.errors import LimitError
+    from glbump.gl import renderer
+    from glbump.gl.targets import read
+    from glbump.viewer.pace import Pace
+
+    class NoRoom(renderer.Targets):
+        def __init__(self, *_: object) -> None:
+            raise LimitError("a frame does not fit")
+
+    with pytest.MonkeyPatch.context() as patch, viewing(quality="fast") as viewer:
+        picture = viewer.stage.picture
+        pixels = read(picture.frame)
+        viewer._pace = Pace()  # Not drafted: the next picture is drawn where this one was.
+        patch.setattr(renderer, "Targets", NoRoom)
+        _resize(viewer, (200, 90))
+        settle(viewer)
+        assert viewer.shown.trouble == "a frame does not fit"
+        assert viewer.stage.picture is picture
+        assert np.array_equal(read(picture.frame), pixels)
+        patch.undo()
+        viewer.shown.touch()
+        settle(viewer)
+        assert viewer.shown.trouble == ""
+        assert viewer.stage.picture.frame.size == (200, 90)
