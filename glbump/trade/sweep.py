@@ -60,9 +60,13 @@ class Trade:
 
     def notes(self) -> list[str]:
         """What is to be known of it, in sentences."""
-        if not self.left:
-            return list(self.truth.notes)
-        return [*self.truth.notes, f"time ran out before {len(self.left)} settings; run it again for the rest"]
+        said = list(self.truth.notes)
+        unsaid = sum(row["kind"] != FEATURE and not row["predicted"] for row in self.rows)
+        if any(row["predicted"] for row in self.rows) and unsaid:
+            said.append(f"{unsaid} settings were measured and not predicted: predicting may take half of the time")
+        if self.left:
+            said.append(f"time ran out before {len(self.left)} settings; run it again for the rest")
+        return said
 
     def lines(self) -> list[str]:
         """The presets and the front for people, as a table."""
@@ -128,6 +132,8 @@ class Sweep:
         self.samples = Quality("exact", samples=check.integer("samples", samples, least=4, most=4096)).samples
         self._until = time.monotonic() + 60 * check.number("minutes", minutes, least=0, most=1e6)
         self._seconds = min(60.0, 15 * minutes)
+        # A computed sky takes the reference some ten seconds a setting.
+        self._predicting = 30 * minutes
         self._gain = 1.0
         size, base = check_size(size), quality_of(base)
         self.results = Results(directory, scene_key(scene))
@@ -221,7 +227,9 @@ class Sweep:
             return kept | own
         if setting.kind != BASE and time.monotonic() > self._until:
             return None
-        predicted = _predicted(setting, model)
+        started = time.monotonic()
+        predicted = _predicted(setting, model) if setting.kind == BASE or self._predicting > 0 else None
+        self._predicting -= time.monotonic() - started
         measured = bench.measure(setting.quality, setting.scene)
         if setting.kind == BASE:
             self._gain = gain_for(measured.error["p99"] or 0.0)

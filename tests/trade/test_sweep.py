@@ -138,6 +138,16 @@ def test_a_run_that_was_cut_off_goes_on(few: None, tmp_path: Path) -> None:
     assert same.count(False) == 1
 
 
+def test_predicting_takes_half_of_the_time_at_most(few: None, reported: tuple[Trade, Path], tmp_path: Path) -> None:
+    with Sweep(SCENE, tmp_path, size=(32, 32), samples=16) as sweep:
+        sweep._predicting = 0.0
+        trade = sweep.run()
+    assert [row["kind"] for row in trade.rows if row["predicted"]] == [BASE]
+    assert "not predicted" in trade.notes()[-1]
+    # And where there is time, nothing is said of it.
+    assert not any("not predicted" in note for note in reported[0].notes())
+
+
 def test_another_size_or_base_is_measured_beside_what_is_there(few: None, tmp_path: Path) -> None:
     swept(SCENE, tmp_path, minutes=0)
     before = (tmp_path / ROWS).read_bytes()
