@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import glfw
 
+from glbump.errors import GlbumpError
 from glbump.viewer import navigation
 from glbump.viewer.actions import ACTIONS, FLIGHT, Action
 
@@ -223,7 +224,10 @@ class Hands:
     def on_drop(self, names: Sequence[str]) -> None:
         """Files are let go over the window."""
         self._viewer.shown.forgive(ACTION)
-        picked = self._under()
+        try:
+            picked = self._under()
+        except GlbumpError:
+            picked = None  # A mesh that cannot be read any more keeps nothing out.
         self._viewer.shown.drop([Path(name) for name in names], 0 if picked is None else picked.surface)
 
     def on_resize(self, _width: int, _height: int) -> None:

@@ -26,6 +26,13 @@ def _resize(viewer: Any, size: tuple[int, int]) -> None:
         glfw.wait_events_timeout(0.01)
 
 
+def _until(viewer: Any, what: Callable[[], bool]) -> None:
+    end = time.perf_counter() + 10
+    while not what():
+        assert time.perf_counter() < end, viewer.shown.trouble
+        viewer.step(0.02)
+
+
 def _on_call(number: int, action: Callable[[], object]) -> Callable[..., bool]:
     """For `_is_disturbed`: does something when it is asked for that time, and sees nothing of it."""
     calls = []
@@ -88,6 +95,25 @@ def test_heights_are_dropped_on_what_is_there_when_it_is_their_turn(folder: Path
             settle(viewer)
             assert not viewer.shown.trouble
             assert [len(surface.bumps) for surface in viewer.shown.scene.surfaces] == bumps
+
+
+@in_window
+def test_a_mesh_that_is_gone_keeps_nothing_out(folder: Path) -> None:
+    """What is dropped takes its place."""
+    from glbump.viewer.opening import opened
+
+    file, mesh, other = (folder / name for name in ("scene.toml", "a.obj", "b.obj"))
+    for one in (mesh, other):
+        one.write_text("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n")
+    file.write_text('[[surface]]\nshape = { kind = "mesh", path = "a.obj" }\n[environment]\nkind = "chrome"\n')
+    with viewing(lambda contents: opened(file, contents)) as viewer:
+        mesh.unlink()
+        _until(viewer, lambda: "a.obj" in viewer.shown.trouble)
+        tell(viewer, "cursor_pos", 80.0, 60.0)
+        tell(viewer, "drop", [str(other)])
+        settle(viewer)
+        assert viewer.shown.trouble == ""
+        assert viewer.shown.scene.surfaces[0].shape.path == other
 
 
 @in_window
@@ -209,11 +235,7 @@ def test_what_is_wrong_with_a_subject_goes_with_it(folder: Path) -> None:
     with viewing(lambda contents: opened(file, contents), scene()) as viewer:
         file.write_text("nonsense")
         os.utime(file, ns=(1, 1))
-        end = time.perf_counter() + 10
-        while not viewer.shown.trouble:
-            assert time.perf_counter() < end
-            viewer.step(0.02)
-        assert "is not TOML" in viewer.shown.trouble, viewer.shown.trouble
+        _until(viewer, lambda: "is not TOML" in viewer.shown.trouble)
         press(viewer, "n")
         settle(viewer)
         assert viewer.shown.trouble == ""
