@@ -189,6 +189,16 @@ def test_a_card_that_egl_does_not_list(opens: bool, word: str) -> None:
     assert word in line
 
 
+@pytest.mark.parametrize(
+    ("renderer", "threads", "warned"),
+    [("llvmpipe (LLVM 15)", "1", 1), ("llvmpipe (LLVM 15)", "0", 0), ("softpipe", "1", 0)],
+)
+def test_one_thread_of_llvmpipe(renderer: str, threads: str, warned: int) -> None:
+    drawn = SOFTWARE | {"info": {"renderer": renderer}}
+    report = made_up(SOFTWARE["route"], drawn, environment={"LP_NUM_THREADS": threads})
+    assert doctor.advice(report) == [doctor.ONE_THREAD] * warned
+
+
 def test_nothing_works() -> None:
     failed = [route(name, error="bad", mend="install it") for name in ("egl devices", "egl surfaceless")]
     osmesa = route("osmesa", error="none", mend="install that")

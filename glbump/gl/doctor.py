@@ -27,6 +27,7 @@ CUDA_VISIBLE_DEVICES LP_NUM_THREADS GALLIVM_PERF LD_LIBRARY_PATH PYGLFW_LIBRARY
 """
 NO_ANSWER = "run `glbump doctor` again with LIBGL_ALWAYS_SOFTWARE=1; if that helps, the graphics driver is at fault"
 NO_RIGHT = "you may not open it: add yourself to its group (usermod -aG render,video), or start as one who may"
+ONE_THREAD = "LP_NUM_THREADS=1: Mesa frees what this thread still writes to, and may crash; unset it, or set it to 0"
 NOT_OFFERED = "no driver offers it to EGL: install its driver; in a container NVIDIA_DRIVER_CAPABILITIES=graphics"
 
 
@@ -85,6 +86,8 @@ def advice(report: Report) -> list[str]:
     lines = _mends([route for route in failed if "hardware" in route["route"]])
     if not any("hardware" in route["route"] for route in report["routes"]):
         lines += [f"{gpu}: {NOT_OFFERED if opens else NO_RIGHT}" for gpu, opens in report["gpus"].items()]
+    if report["environment"].get("LP_NUM_THREADS") == "1" and "llvmpipe" in chosen["info"]["renderer"]:
+        lines.append(ONE_THREAD)
     return lines
 
 
