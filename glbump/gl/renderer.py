@@ -172,6 +172,7 @@ class Renderer:
         except _Stopped:
             return None
         self._flush()
+        self._require_no_error()
         stats = ready.stats | {"plan": dict(ready.stats["plan"])}
         stats["ms"] = {
             "plan and upload": 1e3 * (prepared - started),

@@ -197,12 +197,10 @@ class Viewer:
             else:
                 self.stage.view = None
                 timing = self.stage.draw(shown.scene, shown.quality, step, stop)
-        except ContextError:
-            if not self.stage.context.is_lost:
-                raise
-            self.rebuild()
-            return
         except Exception as error:
+            if isinstance(error, ContextError) and self.stage.context.is_lost:
+                self.rebuild()
+                return
             # Said once for each version; the last good picture stays.
             self._drawn = Drawn(version, self._whole, fails=True)
             shown.complain("picture", error)

@@ -190,6 +190,22 @@ def test_a_picture_that_failed_is_compared_with_nothing(folder: Path) -> None:
 
 
 @in_window
+def test_a_picture_that_opengl_refuses_is_said(folder: Path) -> None:
+    """As without a window: out of memory, say, OpenGL goes on with black textures."""
+    with viewing(quality="fast") as viewer:
+        renderer = viewer.stage.renderer
+        sample = renderer._draw_sample
+        renderer._draw_sample = lambda *a: (sample(*a), renderer.context.gl.enable_direct(0xFFFF))
+        viewer.shown.touch()
+        settle(viewer)
+        assert viewer.shown.trouble.startswith("OpenGL refused a part of this frame (GL_INVALID_ENUM)")
+        renderer._draw_sample = sample
+        viewer.shown.touch()
+        settle(viewer)
+        assert viewer.shown.trouble == ""
+
+
+@in_window
 def test_a_second_picture_that_failed_is_not_shown(folder: Path) -> None:
     """What it was drawn in may be gone. It is tried again with another picture, or another second one."""
     from glbump.errors import LimitError

@@ -35,13 +35,43 @@ def _anything(chance: random.Random, viewer: Any, files: list[Path], keys: list[
     elif what < 0.92:
         tell(viewer, "key", chance.choice(keys), 0, chance.randrange(3), 0)
     elif what < 0.94:
-        glfw.set_window_size(viewer.stage.window, chance.choice([1, 50, 200, 333]), chance.choice([1, 40, 150, 222]))
+        # 600 is room for the panel's values.
+        glfw.set_window_size(viewer.stage.window, chance.choice([1, 50, 200, 600]), chance.choice([1, 40, 150, 400]))
     elif what < 0.96:
         tell(viewer, "window_focus", chance.randrange(2))
     elif what < 0.98:
         tell(viewer, "drop", [str(file) for file in chance.sample(files, chance.randrange(3))])
+    elif what < 0.985:
+        _on_disk(chance, files)
+    elif what < 0.986:
+        _lost(viewer)
     else:
         tell(viewer, "char", chance.randrange(32, 300))
+
+
+def _on_disk(chance: random.Random, files: list[Path]) -> None:
+    """A file changes, goes, or comes back."""
+    file = chance.choice(files)
+    aside = file.with_suffix(".aside")
+    if aside.exists():
+        aside.replace(file)
+    elif file.exists():
+        if chance.random() < 0.3:
+            file.replace(aside)
+        else:
+            file.write_bytes(file.read_bytes()[: chance.choice([20, None, None, None])])
+
+
+def _lost(viewer: Any) -> None:
+    """The GPU is reset, says the driver."""
+    context = type(viewer.stage.context)
+    told, window = context.is_lost, viewer.stage.window
+    context.is_lost = True
+    try:
+        viewer.step(0)
+    finally:
+        context.is_lost = told
+    assert viewer.stage.window != window
 
 
 def _memory() -> int:
