@@ -19,7 +19,7 @@ from glbump.maps.cube import sample_levels
 from glbump.maps.layout import CUBE, EnvironmentMap, row_edges, sample, texel_dirs
 from glbump.maps.levels import environment_levels
 from glbump.quality import Quality
-from glbump.reference import ggx, reflect
+from glbump.reference import direction, ggx, reflect
 from glbump.reference.filter import through_levels
 from glbump.reference.lobe import Facets
 from glbump.scene import Material, Scene, Surface
@@ -105,7 +105,7 @@ def _pairs(count: int, cosine: float) -> tuple[F64, F64]:
     rng = np.random.default_rng(3)
     n = rng.normal(size=(count, 3))
     n /= np.linalg.norm(n, axis=1, keepdims=True)
-    x, y = ggx.axes_across(n)
+    x, y = direction.axes_across(n)
     turn = rng.uniform(0, 2 * np.pi, count)[:, None]
     return cosine * n + np.sqrt(1 - cosine**2) * (np.cos(turn) * x + np.sin(turn) * y), n
 

@@ -43,9 +43,9 @@ def normals(frame: Any) -> Any:
     return n / np.linalg.norm(n, axis=-1, keepdims=True)
 
 
-def look(renderer: Renderer, scene: Scene, name: str, how: str = "exact") -> tuple[Any, Any, str]:
+def look(renderer: Renderer, scene: Scene, name: str, how: str = "exact", **knobs: str) -> tuple[Any, Any, str]:
     """Normals as the GPU draws them, and as the reference does, of a format; and what the plan says of it."""
-    quality = Quality(how, samples=1, bump_format=name)
+    quality = Quality(how, samples=1, bump_format=name, **knobs)  # type: ignore[arg-type]
     got, twin = renderer.render(scene, (SIZE, SIZE), quality), reference.render(scene, (SIZE, SIZE), 1, quality=quality)
     said = {c.what: f"{c.value}: {c.why}" for c in renderer.plan(scene, (SIZE, SIZE), quality).choices}
     return normals(got), normals(twin), said["surface 0 bump format"]
@@ -117,11 +117,12 @@ def test_levels_are_of_slopes(renderer: Renderer) -> None:
     scene = Scene([Surface(Plane(), MIRROR, NormalMap(picture, repeat=(110.3, 110.3)))], NORMAL, ON_TEXELS)
     mean = np.array([-0.2, 1, 0]) / np.hypot(0.2, 1)
     for name, kind in BUMP_FORMATS.items():
-        got, twin, said = look(renderer, scene, name, "balanced")
+        # Directions in colours have a mean of their own: blurred by what slopes vary, it is a degree off.
+        got, twin, said = look(renderer, scene, name, "balanced", bump_spread="none")
         # Half of the pixels, so that a step of 8 bits counts.
         off = float(np.median(degrees_between(got, mean)))
         if kind.is_filtered:
-            assert off < 1.0, name
+            assert off < 0.25, name  # 0.07 of 8 bits, 0.04 of the others: the frame is of halves
         else:
             assert off > 3.0, name
             assert "level 0" in said

@@ -36,7 +36,7 @@ def _plan(scene: Scene, quality: str | Quality = "exact", size: tuple[int, int] 
 def _uniforms(renderer: Renderer, scene: Scene, quality: str = "exact") -> set[str]:
     """What the linked program of the first surface still has."""
     plan = renderer.plan(scene, (64, 64), quality)
-    program = renderer._program("surface.vert", "surface.frag", plan.surfaces[0].defines).program
+    program = renderer._programs.get("surface.vert", "surface.frag", plan.surfaces[0].defines).program
     return set(program)
 
 

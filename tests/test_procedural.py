@@ -308,7 +308,7 @@ def test_nothing_of_a_picture_is_compiled_or_uploaded(renderer: Renderer, enviro
             ("surface.vert", "surface.frag", plan.surfaces[0].defines),
             ("sky.vert", "sky.frag", plan.environments[0].defines),
         ):
-            names = set(renderer._program(vertex, fragment, defines).program)
+            names = set(renderer._programs.get(vertex, fragment, defines).program)
             assert not names & {"environment", "texels_per_radian", "border", "gloss", "sh"}
             assert names & set(environment.arguments())
         assert plan.environments[0].size is None
