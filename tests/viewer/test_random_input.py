@@ -96,9 +96,10 @@ def test_random_input_neither_ends_it_nor_makes_it_grow(folder: Path) -> None:
     files = [*folder.iterdir(), folder / "gone.exr"]
     # All keys, but those that close the window, fill the screen or write files by the dozen.
     left_out = ("q", "w", "f9", "f11", "f12", "s")
-    names = {key.removeprefix("ctrl+") for action in ACTIONS for key in action.keys}
+    names = sorted({key.removeprefix("ctrl+") for action in ACTIONS for key in action.keys})
     keys = [getattr(glfw, f"KEY_{name.upper()}") for name in names if name not in left_out]
-    keys += [glfw.KEY_A, glfw.KEY_D, glfw.KEY_E, glfw.KEY_LEFT_SHIFT, glfw.KEY_LEFT_ALT, glfw.KEY_UNKNOWN, 999]
+    keys += [glfw.KEY_A, glfw.KEY_D, glfw.KEY_E, glfw.KEY_UNKNOWN, 999]
+    keys += [glfw.KEY_LEFT_SHIFT, glfw.KEY_LEFT_ALT, *[glfw.KEY_LEFT_CONTROL] * 3]
     exports.STEPS = 2
     terminal, events = io.StringIO(), 0
     with viewing(scene(), scene(surfaces=[]), size=(160, 120), folder=folder) as viewer, redirect_stderr(terminal):
