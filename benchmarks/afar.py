@@ -149,7 +149,7 @@ def measure(quick: bool = False) -> Section:
         f"over the pixels that the surface fills, against {SAMPLES} samples a pixel of level 0; and the largest "
         "change from one frame to the next, over the truth's. trilinear: one sample a pixel, levels of slopes and "
         "of the environment by the longer side, as texture units read them; 4 samples: `balanced` without spread; "
-        "toksvig: with one variance, and one look-up; balanced: with three moments, and four look-ups where the "
+        "toksvig: with one variance, and one look-up; balanced: with three moments, and three look-ups where the "
         "blur is long and thin. Stone and waves have slopes about as a bell curve has them, which is what a "
         "variance tells of; dents and bricks are flat where they are not steep, mirror sharply through a haze, and "
         f"no variance says so. The truth is the GPU's: on one frame it is {off:.2g} steps from the float64 "
