@@ -205,6 +205,8 @@ class _Search:
                 "allowed; allow more, or draw a smaller picture"
             )
         for single in self._with_levels(steps):
+            if self._is_late():
+                break
             # As many samples as there is time for; a few more take about as much longer as without levels.
             longer = _ms(probe.timed(single)) / _ms(probe.timed(steps[0]))
             hopeful = (step for step in reversed(steps) if longer * _ms(probe.timed(step)) <= HOPEFUL_TIME * budget)
@@ -225,7 +227,7 @@ class _Search:
                 break
             if steps and not enough(tried):
                 last = steps[-1]
-                helped = tried.error / last.error < (last.quality.samples / samples) ** 0.25
+                helped = tried.error < (last.quality.samples / samples) ** 0.25 * last.error
                 for preset in () if helped else others[1:]:
                     other = self.probe.measure(Quality(preset, samples=samples, **LEVEL_0))
                     if other is not None and other.error < BETTER * tried.error and allowed(other):

@@ -74,6 +74,15 @@ def test_within_a_time_the_nearest_is_chosen(memory: Remembered) -> None:
     assert CHEAPER * found.error <= min(t.error for t in found.tried if t.ms is not None and t.ms <= 50 * fast.ms)
 
 
+def test_what_any_setting_shows_takes_the_cheapest(memory: Remembered) -> None:
+    """Light that is the same everywhere, and nothing in it: no error to lessen."""
+    grey = gb.Scene([], gb.LatLong(np.full((4, 8, 3), 0.5, np.float32)))
+    for promise in ({"max_error": 1 / 255}, {"max_ms": 1000.0}):
+        found = tuned(grey, size=SIZE, remembered=memory, **promise)
+        assert found.error < 1e-3
+        assert found.quality.samples == 1
+
+
 def test_what_was_found_is_remembered_for_this_scene_alone(memory: Remembered) -> None:
     steps: list[str] = []
     first = tuned(scene(), max_error=2 / 255, size=SIZE, remembered=memory, step=steps.append)
