@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import multiprocessing
 import os
+import sys
 import tempfile
 from collections.abc import Hashable, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -131,7 +132,11 @@ def _rows(first: int, jobs: int, count: int, size: tuple[int, int]) -> list[list
     the same, but ends version 22.3 with a segmentation fault in some draws.)"""
     if jobs > 1:
         os.sched_setaffinity(0, {sorted(os.sched_getaffinity(0))[first]})
-    return [_row(number, size) for number in range(first, count, jobs)]
+    rows = []
+    for number in range(first, count, jobs):
+        rows.append(_row(number, size))
+        print(*rows[-1], sep=", ", file=sys.stderr, flush=True)
+    return rows
 
 
 def measure(quick: bool = False) -> Section:

@@ -28,7 +28,7 @@ TURNS, SECONDS = 3, 2.0
 """Most turns of a timing, and what ends it sooner."""
 FRAMES = 40
 """Of "exact": what probing may take, truth and all."""
-LEAST_SECONDS = 20.0
+LEAST_SECONDS = 60.0
 """What it may take in any case: of a small picture the frames are the least of it, compiling is the most."""
 
 LEVEL_0: dict[str, Any] = {"environment_filter": "bilinear", "bump_filter": "bilinear", "bump_spread": "none"}
