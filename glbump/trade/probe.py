@@ -24,7 +24,7 @@ TRUTH_SAMPLES = (36, 64)
 """A pixel: the truth has the second, and the first tell how far off that may be."""
 MOST_SAMPLES = 256
 """Of a truth, where a promise asks for more."""
-TURNS, SECONDS = 3, 2.0
+TURNS, SECONDS = 5, 2.0
 """Most turns of a timing, and what ends it sooner."""
 FRAMES = 40
 """Of "exact": what probing may take, truth and all."""

@@ -43,7 +43,7 @@ HOPEFUL, HOPEFUL_TIME = 0.8, 1.1
 """What is hoped of more samples: of the gain that they bring without levels, the error; of their time."""
 BETTER = 0.9
 """Of an error: what must be less for another preset's knobs to be taken."""
-CHEAPER = 0.98
+CHEAPER = 0.95
 """Of a time or an error: what must be less to count as less."""
 ENDED = f"the search ended after {FRAMES} frames of exact; more may be gained"
 
