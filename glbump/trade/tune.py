@@ -41,8 +41,6 @@ MARGIN = 0.97
 """Of the promise: what a setting is held to, so that the last digits of a truth do not break it."""
 HOPEFUL, HOPEFUL_TIME = 0.8, 1.1
 """What is hoped of more samples: of the gain that they bring without levels, the error; of their time."""
-BETTER = 0.9
-"""Of an error: what must be less for another preset's knobs to be taken."""
 CHEAPER = 0.95
 """Of a time or an error: what must be less to count as less."""
 ENDED = f"the search ended after {FRAMES} frames of exact; more may be gained"
@@ -217,35 +215,33 @@ class _Search:
     # ------------------------------------------------------------ where to look
 
     def _climb(self, allowed: Callable[[Tried], bool], enough: Callable[[Tried], bool]) -> list[Tried]:
-        """Without levels, more samples from step to step, until it is `enough` or no more `allowed`: what costs least
-        at first, and by the next preset's other knobs from where more samples hardly help."""
+        """Without levels, more samples from step to step, until it is `enough` or no more `allowed`; of the presets'
+        other knobs those that are enough and take the least time, or else that come nearest to the truth."""
         steps: list[Tried] = []
-        others = list(PRESETS)
         for samples in SAMPLES:
-            tried = self.probe.measure(Quality(others[0], samples=samples, **LEVEL_0))
-            if tried is None or not allowed(tried):
+            drawn = [self.probe.measure(Quality(preset, samples=samples, **LEVEL_0)) for preset in PRESETS]
+            found = [t for t in drawn if t is not None and allowed(t)]
+            if not found:
                 break
-            if steps and not enough(tried):
-                last = steps[-1]
-                helped = tried.error < (last.quality.samples / samples) ** 0.25 * last.error
-                for preset in () if helped else others[1:]:
-                    other = self.probe.measure(Quality(preset, samples=samples, **LEVEL_0))
-                    if other is not None and other.error < BETTER * tried.error and allowed(other):
-                        tried, others = other, others[others.index(preset) :]
-            steps.append(tried)
-            if enough(tried):
+            done = [self.probe.timed(t) for t in found if enough(t)]
+            steps.append(min(done, key=_ms) if done else min(found, key=_error))
+            if done:
                 break
         return steps
 
     def _with_levels(self, steps: Sequence[Tried]) -> list[Tried]:
-        """One sample a pixel, footprints averaged in one way or another: those that help."""
+        """One sample a pixel, footprints averaged in one way or another: those that help. The first way by each
+        preset's other knobs, and the others by the best of these."""
         found: list[Tried] = []
+        presets = list(PRESETS)
         for changes in LEVELS:
-            if self._is_late():
-                break
-            tried = self.probe.measure(Quality(steps[-1].quality.preset, samples=1, **LEVEL_0 | changes))
-            if tried is not None and tried.error < steps[0].error and tried not in found:
-                found.append(tried)
+            for preset in presets:
+                if self._is_late():
+                    return found
+                tried = self.probe.measure(Quality(preset, samples=1, **LEVEL_0 | changes))
+                if tried is not None and tried.error < steps[0].error and tried not in found:
+                    found.append(tried)
+            presets = [min(found, key=_error).quality.preset if found else steps[-1].quality.preset]
         return found
 
     def _measured(self, single: Tried, step: Tried) -> Tried:
