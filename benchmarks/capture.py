@@ -44,7 +44,7 @@ def calls(renderer: Renderer, scene: Scene, size: int, quality: str) -> dict[str
 
 
 def measure(quick: bool = False) -> Section:
-    """Faces of 256x256 , three scenes (quick: 32x32, one), fast and balanced."""
+    """Faces of 256x256, three scenes (quick: 32x32, one), fast and balanced."""
     size, turns = (32, 3) if quick else (256, 31)
     path = DATA / "openexr" / "KernerEnvLatLong.exr"
     environment = LatLong(path) if path.is_file() else evening()

@@ -66,6 +66,11 @@ class Context:
             "max_anisotropy": self.gl.max_anisotropy,
         }
 
+    @property
+    def driver(self) -> str:
+        """Who draws: the renderer's and the version's string."""
+        return f"{self.info['renderer']}, {self.info['version']}"
+
     @cached_property
     def multisamples(self) -> int:
         """Most samples a pixel that one pass draws and shades one by one; 0 where the driver cannot shade so."""

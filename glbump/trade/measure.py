@@ -86,8 +86,7 @@ class Bench:
     @property
     def driver(self) -> str:
         """Who draws: the renderer's and the version's string."""
-        info = self.renderer.context.info
-        return f"{info['renderer']}, {info['version']}"
+        return self.renderer.context.driver
 
     @property
     def has_gpu_clock(self) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -114,7 +115,11 @@ def tuned(
     if max_ms is not None:
         max_ms = check.number("max_ms", max_ms, above=0, most=1e6)
     with Renderer(backend) as renderer, Renderer(context=renderer.context) as beside:
-        search = _Search((renderer, beside), scene, size, metric, remembered or Remembered(), step)
+        found, driver = remembered or Remembered(), renderer.context.driver
+        key = found.key(scene, size, metric, driver)
+        known = found.read(key)
+        probe = Probe((renderer, beside), scene, size, metric, known, step)
+        search = _Search(probe, driver, known.get("chosen", {}), partial(found.write, key))
         if max_error is not None:
             return search.chosen(f"max_error {max_error!r}", lambda: search.within_error(max_error))
         assert max_ms is not None
@@ -122,24 +127,19 @@ def tuned(
 
 
 class _Search:
-    """Looks for the setting that a promise asks for. remembered: what earlier runs found."""
+    """Looks for the setting that a promise asks for. before: what was chosen by promise, and write: keeps rows, the
+    truth's noise and that, as Remembered has them."""
 
     def __init__(
         self,
-        renderers: tuple[Renderer, Renderer],
-        scene: Scene,
-        size: tuple[int, int],
-        metric: str,
-        remembered: Remembered,
-        step: Callable[[str], None],
+        probe: Probe,
+        driver: str,
+        before: dict[str, Any],
+        write: Callable[[list[dict[str, Any]], float, dict[str, Any]], None],
     ) -> None:
-        info = renderers[0].context.info
-        self.driver = f"{info['renderer']}, {info['version']}"
+        self.probe, self.driver = probe, driver
         self.notes: list[str] = []
-        self._remembered, self._key = remembered, remembered.key(scene, size, metric, self.driver)
-        known = remembered.read(self._key)
-        self._chosen: dict[str, Any] = known.get("chosen", {})
-        self.probe = Probe(renderers, scene, size, metric, known, step)
+        self._chosen, self._write = before, write
 
     def chosen(self, promise: str, search: Callable[[], Tuned]) -> Tuned:
         """What was chosen for the same promise before, timed anew; else what `search` finds, which is remembered."""
@@ -154,7 +154,7 @@ class _Search:
         result = search()
         found = {"quality": asdict(result.quality), "views": list(result.views), "notes": list(result.notes)}
         rows = [{"quality": t.quality, "error": t.error, "ms": t.ms} for t in probe.tried]
-        self._remembered.write(self._key, rows, probe.noise, self._chosen | {promise: found})
+        self._write(rows, probe.noise, self._chosen | {promise: found})
         return result
 
     # ------------------------------------------------------------ what is asked
@@ -207,8 +207,10 @@ class _Search:
                 break
             # As many samples as there is time for; a few more take about as much longer as without levels.
             longer = _ms(probe.timed(single)) / _ms(probe.timed(steps[0]))
-            hopeful = (step for step in reversed(steps) if longer * _ms(probe.timed(step)) <= HOPEFUL_TIME * budget)
-            any(keeps(self._measured(single, step)) for step in hopeful)
+            for step in reversed(steps):
+                is_hopeful = longer * _ms(probe.timed(step)) <= HOPEFUL_TIME * budget
+                if is_hopeful and keeps(self._measured(single, step)):
+                    break
         best = min((t for t in probe.tried if t.ms is not None and t.ms <= budget), key=_error)
         return self._held_out(self._turned(best, keeps, _error, cheaper=False), None)
 
