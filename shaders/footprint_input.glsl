@@ -17,21 +17,6 @@ uniform vec3 pixel_y;  // with one up
 uniform vec3 depth_change;  // of the depth, with the object's point; 0: orthographic
 #endif
 
-// A point of a surface, in the object's frame.
-struct SurfacePoint {
-    vec3 p_object;
-    vec3 n_object;
-#if HAS_UV
-    vec2 uv;
-    vec3 dpdu;
-    vec3 dpdv;
-#endif
-#if BUMP_FULL
-    vec3 dndu;
-    vec3 dndv;
-#endif
-};
-
 // Where rays along dir_object meet the surface.
 Varied point_met(SurfacePoint s, vec3 dir_object) {
 #if FOOTPRINT && SHAPE == MESH

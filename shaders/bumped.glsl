@@ -1,0 +1,105 @@
+// The normal of a surface as its bumps bend it, by everything that bump_input.glsl adds up. Glue for lib/bump.glsl and
+// lib/spread.glsl.
+
+#include "bump_input.glsl"
+
+#if HAS_WORLD
+// Of the height's slopes by u and v.
+vec3 gradient_by_uv(vec3 n_env, vec3 dpdu, vec3 dpdv, vec2 slope) {
+#if (SHAPE == SPHERE || SHAPE == TORUS) && TRANSFORM != GENERAL
+    return orthogonal_gradient(dpdu, dpdv, slope);
+#else
+    return surface_gradient(n_env, dpdu, dpdv, slope);
+#endif
+}
+#endif
+
+// The bent normal; and round it the spread of normals that are not seen one by one, in slopes against it.
+Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around) {
+    vec3 n_env = n.at;
+    Place at;
+#if HAS_UV
+    at.uv = s.uv;
+    at.uv_dx = at.uv_dy = vec2(0.0);
+#if BUMP_MIP && SHAPE == MESH
+    at.uv_dx = dFdx(s.uv);
+    at.uv_dy = dFdy(s.uv);
+#elif BUMP_MIP
+    at.uv_dx = uv_change(p_met.dx, s.dpdu, s.dpdv);
+    at.uv_dy = uv_change(p_met.dy, s.dpdu, s.dpdv);
+#endif
+    vec3 dpdu = turned(s.dpdu);
+    vec3 dpdv = turned(s.dpdv);
+#endif
+#if HAS_TRIPLANAR
+    at.p = s.p_object;
+    at.n = s.n_object;
+    at.p_dx = p_met.dx;
+    at.p_dy = p_met.dy;
+#if TRANSFORM == GENERAL
+    mat3 gradient_matrix = env_from_object_gradient;
+#elif TRANSFORM == ORTHOGONAL
+    mat3 gradient_matrix = env_from_object;
+#else
+    const mat3 gradient_matrix = mat3(1.0);
+#endif
+#endif
+#if SPREAD
+    // Of gradients, along two axes of the tangent plane.
+    vec3 x, y, moments = vec3(0.0);
+    axes_across(n_env, x, y);
+#if HAS_TRIPLANAR
+    at.x = x * gradient_matrix;
+    at.y = y * gradient_matrix;
+#endif
+#endif
+    Relief relief = relief_at(at);
+    vec3 gradient = vec3(0.0);
+#if HAS_NORMALS
+    vec3 t, b;
+    tangent_frame(n_env, dpdu, dpdv, t, b);
+    gradient += relief.by_tangent.x * t + relief.by_tangent.y * b;
+#if SPREAD
+    moments += moments_across(x, y, t, b, relief.spread_by_tangent);
+#endif
+#endif
+#if HAS_PARAMETER
+    gradient += invariant_gradient(n_env, dpdu, dpdv, relief.by_parameter);
+#if SPREAD
+    // By the lengths of slopes along u and v alone, which is right to their sum.
+    moments += moments_across(x, y, invariant_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
+                              invariant_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_parameter);
+#endif
+#endif
+#if HAS_WORLD
+#if BUMP_FULL
+    dpdu += relief.height * turned_change(s.dndu, s.n_object);
+    dpdv += relief.height * turned_change(s.dndv, s.n_object);
+#endif
+    gradient += gradient_by_uv(n_env, dpdu, dpdv, relief.by_uv);
+#if SPREAD
+    moments += moments_across(x, y, gradient_by_uv(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
+                              gradient_by_uv(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_uv);
+#endif
+#endif
+#if HAS_TRIPLANAR
+    gradient += volume_gradient(n_env, gradient_matrix * relief.by_object);
+#if SPREAD
+    moments += relief.spread_by_object;
+#endif
+#endif
+#if HAS_SCREEN
+    gradient += surface_gradient_screen(n_env, turned(s.p_object), relief.on_screen);
+#endif
+#if SHOW == SHOW_SLOPE
+    shown = vec4(world_from_env * gradient, 1.0);
+#endif
+    Varied result = bent(n, gradient);
+    around = Varied(result.at, vec3(0.0), vec3(0.0));
+#if SPREAD
+    spread_along(x, y, moments, x, y);
+    around.dx = bump_normal_change(n_env, gradient, vec3(0.0), x);
+    around.dy = bump_normal_change(n_env, gradient, vec3(0.0), y);
+#endif
+    return result;
+}
