@@ -3,6 +3,16 @@
 
 #include "bump_input.glsl"
 
+Varied bent(Varied n, vec3 gradient) {
+    Varied result = Varied(bump_normal(n.at, gradient), vec3(0.0), vec3(0.0));
+#if FOOTPRINT
+    // There is no slope of a map's slopes but from pixel to pixel.
+    result.dx = bump_normal_change(n.at, gradient, n.dx, dFdx(gradient));
+    result.dy = bump_normal_change(n.at, gradient, n.dy, dFdy(gradient));
+#endif
+    return result;
+}
+
 #if HAS_WORLD
 // Of the height's slopes by u and v.
 vec3 gradient_by_uv(vec3 n_env, vec3 dpdu, vec3 dpdv, vec2 slope) {

@@ -78,15 +78,3 @@ Varied normal_met(SurfacePoint s, Varied p_object, vec3 n_env) {
     return Varied(n_env, vec3(0.0), vec3(0.0));
 #endif
 }
-
-#if BUMP
-Varied bent(Varied n, vec3 gradient) {
-    Varied result = Varied(bump_normal(n.at, gradient), vec3(0.0), vec3(0.0));
-#if FOOTPRINT
-    // There is no slope of a map's slopes but from pixel to pixel.
-    result.dx = bump_normal_change(n.at, gradient, n.dx, dFdx(gradient));
-    result.dy = bump_normal_change(n.at, gradient, n.dy, dFdy(gradient));
-#endif
-    return result;
-}
-#endif
