@@ -17,6 +17,7 @@ from glbump.image import ArrayImage, picture_of
 from glbump.maps.facefiles import face_files
 from glbump.maps.layout import LATLONG, EnvironmentMap
 from glbump.maps.light_formats import Fit, fitting
+from glbump.maps.moments import Flats, flats
 from glbump.mesh import SEGMENTS, Mesh, bounds, steepest_turn, tessellate
 from glbump.scene import Bump, NormalMap, Scene
 from glbump.shapes import MESHES, MeshData, MeshFile, Shape
@@ -241,6 +242,11 @@ class Contents:
     def steepest(self, bump: Bump | NormalMap, kernel: str = "central") -> float:
         """The largest of `slopes`, of either sign."""
         result: float = self._get(("steepest", kernel, bump_key(bump)), lambda: _largest(self.slopes(bump, kernel)))
+        return result
+
+    def flats(self, bump: Bump | NormalMap, kernel: str = "central") -> Flats:
+        """The flat places among `slopes`."""
+        result: Flats = self._get(("flats", kernel, bump_key(bump)), lambda: flats(self.slopes(bump, kernel)))
         return result
 
     def curvature(self, shape: MeshFile | MeshData) -> float:

@@ -70,13 +70,14 @@ class Layer(Frozen):
         heights on the screen do too, but there are no slopes to be kept."""
         return self.kind in (SLOPES, NORMALS) and self.filter(filter) != "bilinear"
 
-    def spread(self, contents: Contents, how: str) -> list[F32]:
+    def spread(self, contents: Contents, how: str, *, apart: bool) -> list[F32]:
         """What the levels from 1 on leave out, row 0 on top, in squares of the steepest slope: for "lean" second
-        moments (h, w, 3), for "toksvig" one variance (h, w, 1)."""
+        moments (h, w, 3), for "toksvig" one variance (h, w, 1). apart: whether with the share of steep slopes, after
+        the moments."""
         slopes = contents.slopes(self.bump, self.kernel)
         unit = contents.steepest(self.bump, self.kernel) or 1.0
         if how == "lean":
-            return lean_levels(slopes, unit)
+            return lean_levels(slopes, unit, contents.flats(self.bump, self.kernel) if apart else None)
         return toksvig_levels(slopes, unit, are_lengths=isinstance(self.bump, NormalMap))
 
     def texels(self, contents: Contents, *, heights: bool) -> F32:
@@ -99,6 +100,18 @@ class Layer(Frozen):
 def layers(surface: Surface, quality: Quality, contents: Contents) -> tuple[Layer, ...]:
     """How each of a surface's bumps is read."""
     return tuple(_layer(surface, sized(bump, surface, contents), quality, contents) for bump in surface.bumps)
+
+
+LEAST_FLATS = 0.05
+"""Share of flat places that are worth a look-up of their own."""
+
+
+def flat_share(layers: tuple[Layer, ...], quality: Quality, contents: Contents) -> float:
+    """Share of places where all layers are flat, which mirror as the surface does: 0 where it is not kept, or less than
+    LEAST_FLATS."""
+    kept = quality.bump_spread == "lean" and all(layer.has_spread(quality.bump_filter) for layer in layers)
+    share = math.prod(contents.flats(layer.bump, layer.kernel).share for layer in layers) if kept else 0.0
+    return share if share >= LEAST_FLATS else 0.0
 
 
 def sized(bump: Bump | NormalMap, surface: Surface, contents: Contents) -> Bump | NormalMap:

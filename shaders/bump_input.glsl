@@ -30,10 +30,6 @@
 #define FOLDED 4
 #define FOLDED_BYTES 5
 
-// What is kept of slopes that levels average: one variance for all directions, or their second moments.
-#define TOKSVIG 1
-#define LEAN 2
-
 #include "lib/bump.glsl"
 #include "lib/filter.glsl"
 #if HAS_CODES
@@ -69,6 +65,11 @@ uniform sampler2D spread_2;
 uniform sampler2D spread_3;
 #endif
 uniform vec3 spread_scale[4];  // what is kept, to squares of slopes as slope_scale has them
+#if FLATS
+uniform vec3 flat_moments[4];  // second moments of the slopes that count as flat, as slope_scale has them
+#else
+const vec3 flat_moments[4] = vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+#endif
 #else
 // Handed on, and read by nothing.
 #define spread_0 bump_0
@@ -124,11 +125,13 @@ struct Relief {
     vec3 by_object;     // gradient in the object's coordinates
     float on_screen;    // heights whose gradient is left to the screen
 #if SPREAD
-    // Second moments (uu, uv, vv) of the slopes above that are not seen one by one; of by_object along Place's x and y.
-    vec3 spread_by_uv;
-    vec3 spread_by_parameter;
-    vec3 spread_by_tangent;
-    vec3 spread_by_object;
+    // Second moments (uu, uv, vv) of the slopes above that are not seen one by one, and of those of them that are flat; of
+    // by_object along Place's x and y.
+    mat2x3 spread_by_uv;
+    mat2x3 spread_by_parameter;
+    mat2x3 spread_by_tangent;
+    mat2x3 spread_by_object;
+    float flats;  // the share of places where every layer is flat, of those that are not seen one by one
 #endif
 };
 
@@ -219,22 +222,30 @@ float bump_detail(sampler2D map, vec2 ddx, vec2 ddy) {
 #endif
 
 #if SPREAD
-// Second moments (uu, uv, vv) of the slopes that texel_at averages. Independent layers' add up.
-vec3 moments_at(sampler2D spread, const int kind, const int i, const int stored, vec2 place, float level) {
+// moments_across for both columns.
+mat2x3 spread_across(vec3 x, vec3 y, vec3 u, vec3 v, mat2x3 moments) {
+    return mat2x3(moments_across(x, y, u, v, moments[0]), moments_across(x, y, u, v, moments[1]));
+}
+
+// Second moments (uu, uv, vv) of the slopes that texel_at averages, which independent layers' add up to; and how many of
+// those slopes are steep.
+vec4 spread_at(sampler2D spread, const int kind, const int i, const int stored, vec2 place, float level) {
     // These are read at level 0.
-    if ((kind & 3) == HEIGHTS || stored >= FOLDED) return vec3(0.0);
+    if ((kind & 3) == HEIGHTS || stored >= FOLDED) return vec4(0.0, 0.0, 0.0, 1.0);
     READS(1.0);
-    vec3 moments = textureLod(spread, place, level - 1.0).rgb;
+    vec4 kept = textureLod(spread, place, level - 1.0);  // without a fourth channel 1
 #if SPREAD == TOKSVIG
-    moments = vec3(moments.r, 0.0, moments.r);
+    kept.rgb = vec3(kept.r, 0.0, kept.r);
 #elif SPREAD != LEAN
 #error "SPREAD must be 0, TOKSVIG or LEAN"
 #endif
     if ((kind & CLAMPED) != 0) {
         vec2 inside = step(0.0, place) * step(place, vec2(1.0));
-        moments *= inside.xxy * inside.xyy;
+        kept.rgb *= inside.xxy * inside.xyy;
+        kept.a = mix(1.0, kept.a, inside.x * inside.y);
     }
-    return moments * spread_scale[i] * clamp(level, 0.0, 1.0);
+    float averaged = clamp(level, 0.0, 1.0);
+    return vec4(averaged * spread_scale[i] * kept.rgb, mix(1.0, kept.a, averaged));
 }
 #endif
 
@@ -282,11 +293,11 @@ bool has_levels(const int kind, const int stored) {
 }
 #endif
 
-// Slopes of the map about `place`, which changes by ddx and ddy from pixel to pixel; and in b its height. moments: of the
-// slopes that this averages, as slope_scale has them.
+// Slopes of the map about `place`, which changes by ddx and ddy from pixel to pixel; and in b its height. around: of
+// the slopes that this averages, as spread_at has it.
 vec3 averaged_texel(sampler2D map, sampler2D spread, const int kind, const int i, const int stored, float middle,
-                    vec2 place, vec2 ddx, vec2 ddy, out vec3 moments) {
-    moments = vec3(0.0);
+                    vec2 place, vec2 ddx, vec2 ddy, out vec4 around) {
+    around = vec4(0.0, 0.0, 0.0, 1.0);
 #if BUMP_TAPS > 1
     float taps = 1.0, level = 0.0;
     vec2 step = vec2(0.0);
@@ -310,10 +321,10 @@ vec3 averaged_texel(sampler2D map, sampler2D spread, const int kind, const int i
         // cancels (Welford, "Note on a Method for Calculating Corrected Sums of Squares and Products", 1962).
         vec2 before = off.rg * slope_scale[i];
         vec2 after = (texel - mean).rg * slope_scale[i];
-        moments += moments_at(spread, kind, i, stored, at, level) + before.xxy * after.xyy;
+        vec4 at_tap = spread_at(spread, kind, i, stored, at, level);
+        around += (at_tap + vec4(before.xxy * after.xyy, 0.0) - around) / (tap + 1.0);
 #endif
     }
-    moments /= taps;
     return mean;
 #else
 #if BUMP_MIP
@@ -322,7 +333,7 @@ vec3 averaged_texel(sampler2D map, sampler2D spread, const int kind, const int i
     const float detail = 0.0;
 #endif
 #if SPREAD
-    moments = moments_at(spread, kind, i, stored, place, detail);
+    around = spread_at(spread, kind, i, stored, place, detail);
 #endif
     return texel_at(map, kind, i, stored, middle, place, detail);
 #endif
@@ -331,16 +342,17 @@ vec3 averaged_texel(sampler2D map, sampler2D spread, const int kind, const int i
 #if HAS_TRIPLANAR
 // One of the three maps: right and up, along axes of the object, are where its u and v grow.
 void add_plane(inout Relief r, sampler2D map, sampler2D spread, const int kind, const int i, const int stored,
-               float middle, Place at, float share, vec3 right, vec3 up) {
+               float middle, Place at, float share, vec3 right, vec3 up, inout float flats) {
     vec2 place = vec2(dot(at.p * repeat[i].x + origin_u[i], right), dot(at.p * repeat[i].y + origin_v[i], up));
     vec2 ddx = vec2(dot(at.p_dx, right), dot(at.p_dx, up)) * repeat[i];
     vec2 ddy = vec2(dot(at.p_dy, right), dot(at.p_dy, up)) * repeat[i];
-    vec3 moments;
-    vec3 texel = averaged_texel(map, spread, kind, i, stored, middle, place, ddx, ddy, moments);
+    vec4 around;
+    vec3 texel = averaged_texel(map, spread, kind, i, stored, middle, place, ddx, ddy, around);
     vec2 slope = texel.rg * slope_scale[i];
     r.by_object += share * (slope.x * right + slope.y * up);
 #if SPREAD
-    r.spread_by_object += share * share * moments_across(at.x, at.y, right, up, moments);
+    r.spread_by_object += share * share * spread_across(at.x, at.y, right, up, mat2x3(around.rgb, flat_moments[i]));
+    flats += share * (1.0 - around.a);
 #endif
 #if HAS_SCREEN
     if ((kind & SCREEN) != 0) r.on_screen += share * height_scale[i] * texel.b;
@@ -355,17 +367,21 @@ void add_layer(inout Relief r, sampler2D map, sampler2D spread, const int kind, 
         // Each is seen upright from outside, on both of its sides.
         vec3 share = triplanar_shares(at.n);
         vec3 side = vec3(at.n.x < 0.0 ? -1.0 : 1.0, at.n.y < 0.0 ? -1.0 : 1.0, at.n.z < 0.0 ? -1.0 : 1.0);
-        add_plane(r, map, spread, kind, i, stored, middle, at, share.x, vec3(0.0, 0.0, -side.x), vec3(0.0, 1.0, 0.0));
-        add_plane(r, map, spread, kind, i, stored, middle, at, share.y, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, -side.y));
-        add_plane(r, map, spread, kind, i, stored, middle, at, share.z, vec3(side.z, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+        float flats = 0.0;
+        add_plane(r, map, spread, kind, i, stored, middle, at, share.x, vec3(0.0, 0.0, -side.x), vec3(0.0, 1.0, 0.0), flats);
+        add_plane(r, map, spread, kind, i, stored, middle, at, share.y, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, -side.y), flats);
+        add_plane(r, map, spread, kind, i, stored, middle, at, share.z, vec3(side.z, 0.0, 0.0), vec3(0.0, 1.0, 0.0), flats);
+#if SPREAD
+        r.flats *= flats;
+#endif
         return;
     }
 #endif
 #if HAS_UV
     vec2 times = repeat[i];
-    vec3 moments;
+    vec4 around;
     vec3 texel = averaged_texel(map, spread, kind, i, stored, middle, at.uv * times, at.uv_dx * times,
-                                at.uv_dy * times, moments);
+                                at.uv_dy * times, around);
     vec2 slope = texel.rg * slope_scale[i];
 #if HAS_SCREEN
     if ((kind & SCREEN) != 0) {
@@ -374,6 +390,8 @@ void add_layer(inout Relief r, sampler2D map, sampler2D spread, const int kind, 
     }
 #endif
 #if SPREAD
+    mat2x3 moments = mat2x3(around.rgb, flat_moments[i]);
+    r.flats *= 1.0 - around.a;
     if ((kind & 3) == NORMALS) {
         r.spread_by_tangent += moments;
     } else if ((kind & PARAMETER) != 0) {
@@ -401,7 +419,8 @@ Relief relief_at(Place at) {
     r.by_uv = r.by_parameter = r.by_tangent = vec2(0.0);
     r.by_object = vec3(0.0);
 #if SPREAD
-    r.spread_by_uv = r.spread_by_parameter = r.spread_by_tangent = r.spread_by_object = vec3(0.0);
+    r.spread_by_uv = r.spread_by_parameter = r.spread_by_tangent = r.spread_by_object = mat2x3(0.0);
+    r.flats = 1.0;
 #endif
     add_layer(r, bump_0, spread_0, BUMP_0, 0, STORED_0, float(MIDDLE_0), at);
 #if BUMP > 1

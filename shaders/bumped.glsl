@@ -24,8 +24,9 @@ vec3 gradient_by_uv(vec3 n_env, vec3 dpdu, vec3 dpdv, vec2 slope) {
 }
 #endif
 
-// The bent normal; and round it the spread of normals that are not seen one by one, in slopes against it.
-Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around) {
+// The bent normal; and round it the spread of normals that are not seen one by one, in slopes against it. With FLATS this is
+// of a share of them, and the others, about the normal that is not bent, have the spread flat_around.
+Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around, out float share, out Varied flat_around) {
     vec3 n_env = n.at;
     Place at;
 #if HAS_UV
@@ -56,7 +57,8 @@ Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around) {
 #endif
 #if SPREAD
     // Of gradients, along two axes of the tangent plane.
-    vec3 x, y, moments = vec3(0.0);
+    vec3 x, y;
+    mat2x3 moments = mat2x3(0.0);
     axes_across(n_env, x, y);
 #if HAS_TRIPLANAR
     at.x = x * gradient_matrix;
@@ -70,15 +72,15 @@ Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around) {
     tangent_frame(n_env, dpdu, dpdv, t, b);
     gradient += relief.by_tangent.x * t + relief.by_tangent.y * b;
 #if SPREAD
-    moments += moments_across(x, y, t, b, relief.spread_by_tangent);
+    moments += spread_across(x, y, t, b, relief.spread_by_tangent);
 #endif
 #endif
 #if HAS_PARAMETER
     gradient += invariant_gradient(n_env, dpdu, dpdv, relief.by_parameter);
 #if SPREAD
     // By the lengths of slopes along u and v alone, which is right to their sum.
-    moments += moments_across(x, y, invariant_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
-                              invariant_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_parameter);
+    moments += spread_across(x, y, invariant_gradient(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
+                             invariant_gradient(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_parameter);
 #endif
 #endif
 #if HAS_WORLD
@@ -88,8 +90,8 @@ Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around) {
 #endif
     gradient += gradient_by_uv(n_env, dpdu, dpdv, relief.by_uv);
 #if SPREAD
-    moments += moments_across(x, y, gradient_by_uv(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
-                              gradient_by_uv(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_uv);
+    moments += spread_across(x, y, gradient_by_uv(n_env, dpdu, dpdv, vec2(1.0, 0.0)),
+                             gradient_by_uv(n_env, dpdu, dpdv, vec2(0.0, 1.0)), relief.spread_by_uv);
 #endif
 #endif
 #if HAS_TRIPLANAR
@@ -104,10 +106,18 @@ Varied bumped(SurfacePoint s, Varied p_met, Varied n, out Varied around) {
 #if SHOW == SHOW_SLOPE
     shown = vec4(world_from_env * gradient, 1.0);
 #endif
+    share = 1.0;
+    flat_around = Varied(n_env, vec3(0.0), vec3(0.0));  // its middle is not read
+#if FLATS
+    vec2 steep;
+    steep_part(1.0 - relief.flats, vec2(dot(gradient, x), dot(gradient, y)), moments[0], share, steep, moments[0]);
+    gradient = steep.x * x + steep.y * y;
+    spread_along(x, y, moments[1], flat_around.dx, flat_around.dy);
+#endif
     Varied result = bent(n, gradient);
     around = Varied(result.at, vec3(0.0), vec3(0.0));
 #if SPREAD
-    spread_along(x, y, moments, x, y);
+    spread_along(x, y, moments[0], x, y);
     around.dx = bump_normal_change(n_env, gradient, vec3(0.0), x);
     around.dy = bump_normal_change(n_env, gradient, vec3(0.0), y);
 #endif

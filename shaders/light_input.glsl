@@ -62,31 +62,32 @@ const float SPREAD_SIDE = 2.0;
 const float SPREAD_SIDE = 3.46410161513775458705;
 #endif
 
-// Radiance about dir_env, over a footprint as widened_footprint has it.
-vec3 spread_radiance(vec3 dir_env, vec3 longer, vec3 shorter, vec2 squares) {
+// Radiance about dir_env, over a footprint as widened_footprint has it. tapped: by more than one look-up.
+vec3 spread_radiance(vec3 dir_env, vec3 longer, vec3 shorter, vec2 squares, const bool tapped) {
     vec3 ddx = sqrt(squares.x) * longer, ddy = sqrt(squares.y) * shorter;
-#if SPREAD == LEAN && ENVIRONMENT < SKY
-    show_footprint(ddx, ddy);
-    vec2 taps = spread_taps(squares, texels_per_radian);
-    ddx = taps.y * longer;
-    ddy = taps.y * shorter;
-    float level = longest_level(ddx, ddy, texels_per_radian);  // of what is round, by area the same
-    vec3 sum = vec3(0.0);
-    for (int i = 0; i < SPREAD_TAPS; i++) {
-        float place = taps.x * (float(i) - 0.5 * float(SPREAD_TAPS - 1));
-        sum += leveled_picture(dir_env + place * longer, level, ddx, ddy);
+#if ENVIRONMENT < SKY
+    if (tapped) {
+        show_footprint(ddx, ddy);
+        vec2 taps = spread_taps(squares, texels_per_radian);
+        ddx = taps.y * longer;
+        ddy = taps.y * shorter;
+        float level = longest_level(ddx, ddy, texels_per_radian);  // of what is round, by area the same
+        vec3 sum = vec3(0.0);
+        for (int i = 0; i < SPREAD_TAPS; i++) {
+            float place = taps.x * (float(i) - 0.5 * float(SPREAD_TAPS - 1));
+            sum += leveled_picture(dir_env + place * longer, level, ddx, ddy);
+        }
+        return exposed(sum / float(SPREAD_TAPS));
     }
-    return exposed(sum / float(SPREAD_TAPS));
-#else
-    return environment_radiance(dir_env, ddx, ddy);
 #endif
+    return environment_radiance(dir_env, ddx, ddy);
 }
 #endif
 
 // Radiance from look at a point of the surface; p_room is looked at where there is a room. around: spread of the
-// directions that are looked at together, beside those of the sample's footprint. Past what is near in a room it is taken
-// as if all of the room were far. rough: roughness where a chain is read.
-vec3 mirrored(Varied p_room, Varied look, Varied around, float rough) {
+// directions that are looked at together, beside those of the sample's footprint; tapped: by more than one look-up. Past
+// what is near in a room it is taken as if all of the room were far. rough: roughness where a chain is read.
+vec3 mirrored(Varied p_room, Varied look, Varied around, float rough, const bool tapped) {
     vec3 dir_env = look.at;
     vec3 ddx = vec3(0.0), ddy = vec3(0.0);
 #if ENVIRONMENT_FOOTPRINT
@@ -108,7 +109,7 @@ vec3 mirrored(Varied p_room, Varied look, Varied around, float rough) {
     vec3 longer, shorter;
     vec2 squares;
     widened_footprint(dir_env, ddx, ddy, SPREAD_SIDE * around.dx, SPREAD_SIDE * around.dy, longer, shorter, squares);
-    return spread_radiance(dir_env, longer, shorter, squares);
+    return spread_radiance(dir_env, longer, shorter, squares, tapped);
 #else
     return environment_radiance(dir_env, ddx, ddy);
 #endif
@@ -180,8 +181,8 @@ Varied folded(Varied around, vec3 n) {
 #endif
 
 // geometry: the normal of the surface without its bumps, on the eye's side. eta: index of refraction on the eye's
-// side over that on the other. around: n with its spread, in slopes.
-vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, Varied around) {
+// side over that on the other. around: n with its spread, in slopes; tapped: whether that is worth more than one look-up.
+vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, Varied around, const bool tapped) {
     vec3 dir_env = dir.at, n_env = n.at;
     Varied look_around = around;
 #if SPREAD && LIGHT == GLOSSY
@@ -215,9 +216,9 @@ vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, Vari
 #endif
     float n_dot_v = -dot(dir_env, n_env);
 #if LIGHT == WHITE_MIRROR
-    return mirrored(p_room, look, look_around, rough);
+    return mirrored(p_room, look, look_around, rough, tapped);
 #elif LIGHT == TINTED_MIRROR
-    return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look, look_around, rough);
+    return fresnel_schlick(f0, n_dot_v) * mirrored(p_room, look, look_around, rough, tapped);
 #elif LIGHT == SMOOTH || LIGHT == GLOSSY
 #if LIGHT == GLOSSY
     vec2 factors = lobe_factors(n_dot_v, rough);
@@ -255,14 +256,15 @@ vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, Vari
 #endif
     vec3 result = share * lobe.mirrored;
 #elif LIGHT == GLOSSY
-    vec3 result = share * mirrored(p_room, Varied(lobe_dir(n_env, look.at, rough), look.dx, look.dy), look_around, rough);
+    look.at = lobe_dir(n_env, look.at, rough);
+    vec3 result = share * mirrored(p_room, look, look_around, rough, tapped);
 #if SUNS
     // What a facet scatters on counts as share has it, at every angle of the sun.
     vec3 scattered = share / max(f0 * factors.x + factors.y, 1e-6);
     result += scattered * suns_mirrored(-dir_env, n_env, rough);
 #endif
 #else
-    vec3 result = share * mirrored(p_room, look, look_around, rough);
+    vec3 result = share * mirrored(p_room, look, look_around, rough, tapped);
 #endif
 #if DIFFUSE
     result += kept * diffuse_color * irradiance_over_pi(n_env);
@@ -278,7 +280,7 @@ vec3 light(Varied p_room, Varied dir, Varied n, Varied geometry, float eta, Vari
 #elif BUMP
     through = kept_above(through, Varied(-geometry.at, -geometry.dx, -geometry.dy));
 #endif
-    result += kept * transmitted_color * mirrored(p_room, through, through_around, rough);
+    result += kept * transmitted_color * mirrored(p_room, through, through_around, rough, tapped);
 #endif
     return result;
 #else

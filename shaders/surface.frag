@@ -9,6 +9,9 @@
 #define GENERAL 2
 #define BY_POINT 0
 #define BY_PIXEL 1
+// What is kept of slopes that levels average: one variance for all directions, or their second moments.
+#define TOKSVIG 1
+#define LEAN 2
 
 #include "environment_input.glsl"
 #include "shape_input.glsl"
@@ -92,8 +95,9 @@ void main() {
     Varied n = normal_met(s, p_met, n_env);
     Varied geometry = n;
 #if BUMP
-    Varied around;
-    n = bumped(s, p_met, n, around);
+    Varied around, flat_around;
+    float share;
+    n = bumped(s, p_met, n, around, share, flat_around);
 #else
     Varied around = Varied(n_env, vec3(0.0), vec3(0.0));
 #endif
@@ -120,7 +124,15 @@ void main() {
 #else
     Varied p_room = p_met;
 #endif
-    color = vec4(light(p_room, dir, n, geometry, eta, around), 1.0);
+    vec3 radiance = light(p_room, dir, n, geometry, eta, around, SPREAD == LEAN);
+#if FLATS
+    // The others' spread is small.
+    if (share < 1.0) {
+        vec3 of_flats = light(p_room, dir, geometry, geometry, eta, flat_around, false);
+        radiance = mix(of_flats, radiance, share);
+    }
+#endif
+    color = vec4(radiance, 1.0);
 #if SHOW == SHOW_NORMAL
     shown = vec4(world_from_env * n.at, 1.0);
 #elif SHOW == SHOW_UV && HAS_UV

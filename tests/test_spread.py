@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from glbump import reference
+from glbump import reference, relief
 from glbump.camera import Camera
 from glbump.contents import Contents
 from glbump.environment import CubeMap, Sky
@@ -19,7 +19,7 @@ from glbump.glsltest import Glsl, inputs
 from glbump.maps import patterns
 from glbump.maps.heights import slopes
 from glbump.maps.layout import CUBE, texel_dirs
-from glbump.maps.moments import lean_levels, toksvig_levels
+from glbump.maps.moments import FLAT, flats, lean_levels, toksvig_levels
 from glbump.plan import make_plan
 from glbump.quality import Quality
 from glbump.reference import spread
@@ -67,6 +67,21 @@ def test_a_map_of_one_texel_has_no_spread() -> None:
     one = np.ones((1, 1, 2), np.float32)
     assert [level.shape for level in lean_levels(one, 1.0)] == [(1, 1, 3)]
     assert toksvig_levels(one, 1.0, are_lengths=True)[0].item() == 0
+
+
+def test_flat_places_are_told_from_steep_ones(waves: F32) -> None:
+    s = np.zeros((8, 8, 2), np.float32)
+    s[2:4, :, 0], s[6, 6] = 1, (0.02, -0.01)
+    apart = flats(s)
+    # 16 texels of 1: 0.5 rms, of which a tenth is more than 0.0224.
+    assert apart.share == 48 / 64
+    assert apart.moments == pytest.approx(np.array([4e-4, -2e-4, 1e-4]) / 48, rel=1e-6)
+    assert [level.shape for level in lean_levels(s, 1.0, apart)] == [(4, 4, 4), (2, 2, 4), (1, 1, 4)]
+    # Rounded once.
+    assert lean_levels(s, 1.0, apart)[-1][0, 0, 3] == pytest.approx(16 / 64, abs=1e-7)
+    # Of Gaussian slopes 1 - exp(-FLAT^2) are as flat, twice as many of these at most.
+    assert flats(slopes(waves, "central", "wrap")).share < 2 * FLAT**2
+    assert flats(np.ones((4, 4, 2), np.float32)).moments.tolist() == [0, 0, 0]
 
 
 # ---- how directions spread
@@ -117,6 +132,39 @@ def test_moments_that_rounding_made_of_no_slopes_are_the_nearest_of_some(glsl: G
     if trace < spread.MOST_SPREAD:
         # The eigenvalue below 0, and as much of the other one.
         assert np.abs(got[:, (0, 0, 1), (0, 1, 1)] - trace * line).max() <= 2e-3 * trace + 1e-30
+
+
+def _of(s: F64) -> tuple[F64, F64]:
+    """Means (K, 2) of slopes (K, N, 2), and their moments (K, 3) about these."""
+    mean = s.mean(axis=1)
+    off = s - mean[:, None]
+    return mean, np.einsum("kni,knj->kij", off, off)[:, (0, 0, 1), (0, 1, 1)] / s.shape[1]
+
+
+@pytest.mark.parametrize("steep", [1, 7, 63, 64])
+def test_steep_slopes_are_found_among_flat_ones(steep: int) -> None:
+    chance = np.random.default_rng(steep)
+    s = chance.normal(size=(200, 64, 2)) @ np.array([[1.0, 0.4], [0.0, 0.6]]) + 2 * chance.normal(size=(200, 1, 2))
+    s[:, steep:] = 0
+    mean, moments = _of(s)
+    share, theirs, left = spread.steep_part(np.full(200, steep / 64), mean, moments)
+    want, about = _of(s[:, :steep])
+    assert share == pytest.approx(steep / 64, rel=1e-12)
+    assert np.abs(theirs - want).max() < 1e-12
+    # A difference of what is 64 times as large, squared.
+    assert np.abs(left - about).max() < 1e-9
+    # Less than there are: what is left varies less than not at all, were they as few.
+    few, *_ = spread.steep_part(np.full(200, 0.5 * steep / 64), mean, moments)
+    assert (few >= 0.5 * steep / 64 - 1e-12).all()
+    if steep == 1:
+        assert few == pytest.approx(1 / 64, rel=1e-9)
+
+
+def test_slopes_that_do_not_vary_have_no_flats() -> None:
+    share, mean, moments = spread.steep_part(0.1, np.array([3.0, 1.0]), np.zeros(3))
+    assert share == 1
+    assert mean.tolist() == [3, 1]
+    assert moments.tolist() == [0, 0, 0]
 
 
 def test_what_is_folded_is_what_falls_on_both_sides() -> None:
@@ -217,6 +265,28 @@ def test_half_or_twice_the_variance_is_told_apart(renderer: Renderer, waves: F32
     lost = _lost(renderer, "GPU", how, waves, AMPLITUDE * wrong**0.5)
     assert lost == pytest.approx(wrong, rel=0.2)
     assert lost != pytest.approx(1, abs=0.15)
+
+
+@pytest.mark.parametrize("who", ["GPU", "reference"])
+@pytest.mark.parametrize("width", [8, 32])
+def test_flat_places_mirror_sharply_through_a_haze(
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, who: str, width: int
+) -> None:
+    """Roofs on half of a map: one bell curve for flat and steep places is as wide as neither."""
+    heights = np.zeros((64, 64), np.float32)
+    heights[:, :32] = np.tile(1 - np.abs(np.linspace(-1, 1, width)), 32 // width)
+    amplitude = 0.15 / (TILED / 2) * (width / 2 / 64)
+    towards = np.array([0.0, 0.0, -1.0])
+    want = _mirrored(heights, amplitude, towards, lambda d: np.exp(200 * (d[:, 2] - 1)))
+
+    def seen() -> float:
+        scene = Scene([Surface(FACING, CHROME, _tiled(heights, amplitude))], _lobe(-towards, 200.0), AHEAD)
+        return _draw(renderer, who, scene, "lean")
+
+    # A level's texel at the lobe's top, which flat places see: a tenth of the lobe's width squared.
+    assert seen() == pytest.approx(want, rel=0.1)
+    monkeypatch.setattr(relief, "LEAST_FLATS", 2.0)
+    assert seen() < 0.4 * want
 
 
 @pytest.mark.parametrize("who", ["GPU", "reference"])
@@ -346,6 +416,27 @@ def test_what_has_no_levels_has_no_spread(waves: F32, changes: dict[str, Any], w
     value, said, define = _choice(scene, Quality("balanced", **changes))
     assert (value, define) == ("none", 0)
     assert why in said
+
+
+def test_flat_places_are_kept_apart_where_there_are_some_in_all_layers(waves: F32) -> None:
+    dents, some = Bump(patterns.bricks((64, 64)), amplitude=0.01), Bump(waves, amplitude=0.01)
+
+    def has_flats(*bumps: Bump, show: str | None = None, **changes: Any) -> bool:
+        scene = Scene([Surface(Sphere(), CHROME, bumps)], LIGHT)
+        plan = make_plan(scene, Quality("balanced", **changes), (64, 64), Contents(), show=show)
+        said = [c.what for c in plan.choices if c.what.endswith("flat places")]
+        assert bool(said) == plan.surfaces[0].has("FLATS")
+        return bool(said)
+
+    assert has_flats(dents)
+    assert has_flats(dents, dents)
+    assert has_flats(dents, show="level")
+    assert not has_flats(some)
+    assert not has_flats(dents, some)
+    assert not has_flats(dents, bump_spread="toksvig")
+    assert not has_flats(dents, bump_filter="bilinear")
+    # What is shown is the mean of all.
+    assert not has_flats(dents, show="normal")
 
 
 def test_what_is_near_has_no_spread(waves: F32) -> None:

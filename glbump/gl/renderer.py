@@ -369,7 +369,7 @@ class Renderer:
                 texture.anisotropy = how.has("BUMP_GRADIENTS")
             textures.append((texture, _BUMP_0 + i))
             if how.has("SPREAD") and layer.has_spread(plan.bump_filter):
-                textures.append((self._store.spread(layer, plan), _SPREAD_0 + i))
+                textures.append((self._store.spread(layer, plan, how.has("FLATS") > 0), _SPREAD_0 + i))
         return Draw(uniforms, values, uniforms.vertex_array(self._mesh(scene, plan, index)), textures)
 
     def _environment(self, how: EnvironmentPlan, shown: Shown) -> moderngl.Texture | moderngl.TextureCube:

@@ -242,18 +242,20 @@ class Store:
         result: moderngl.Texture = self._get(key, make)
         return result
 
-    def spread(self, layer: Layer, plan: Plan) -> moderngl.Texture:
-        """What levels of a bump's map leave out, turned as the map is: its level 0 is the map's level 1."""
+    def spread(self, layer: Layer, plan: Plan, apart: bool) -> moderngl.Texture:
+        """What levels of a bump's map leave out, turned as the map is: its level 0 is the map's level 1. apart:
+        with the share of its steep places."""
         dtype = "f4" if layer.stored.name == "float" else "f2"
 
         def make() -> tuple[Any, int]:
-            levels = [level[::-1] for level in layer.spread(self._contents, plan.bump_spread)]
+            levels = [level[::-1] for level in layer.spread(self._contents, plan.bump_spread, apart=apart)]
             texture = texture_2d(self._context, levels, dtype)
             texture.filter = FILTERS[layer.filter(plan.bump_filter)]
             texture.repeat_x = texture.repeat_y = not layer.ends
             return texture, sum(level.size for level in levels) * int(dtype[1])
 
-        key = ("spread", layer.kind, layer.kernel, bump_key(layer.bump), plan.bump_spread, dtype, plan.bump_filter)
+        how = plan.bump_spread, apart, dtype, plan.bump_filter
+        key = ("spread", layer.kind, layer.kernel, bump_key(layer.bump), *how)
         result: moderngl.Texture = self._get(key, make)
         return result
 

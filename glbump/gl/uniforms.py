@@ -237,6 +237,9 @@ def _layer_uniforms(
         "code_range": [code_range(layer.most(contents)) for layer in how.layers],
         "spread_scale": [_spread_scale(s, layer, contents) for s, layer in zip(slope_scale, how.layers)],
     }
+    if how.has("FLATS"):
+        flats = [contents.flats(layer.bump, layer.kernel).moments for layer in how.layers]
+        values["flat_moments"] = [m * _products(s) for m, s in zip(flats, slope_scale)]
     for axis, name in enumerate(("origin_u", "origin_v")):
         values[name] = [_origin_in_repeats(layer, axis, origin) for layer in how.layers]
     return {name: _of_layers(rows) for name, rows in values.items()}
@@ -313,7 +316,11 @@ def _slope_scale(layer: Layer, unit: float, world_unit: float) -> F64:
 
 
 def _spread_scale(slope_scale: F64, layer: Layer, contents: Contents) -> F64:
-    u, v = slope_scale * (contents.steepest(layer.bump, layer.kernel) or 1.0)
+    return _products(slope_scale * (contents.steepest(layer.bump, layer.kernel) or 1.0))
+
+
+def _products(scale: F64) -> F64:
+    u, v = scale
     return np.array([u * u, u * v, v * v])
 
 

@@ -44,6 +44,17 @@ def spread(
     return SPREADS[quality.bump_spread]
 
 
+def has_flats(draft: Draft, name: str, layers: tuple[Layer, ...], kept: int) -> int:
+    """Whether flat places are kept apart from steep ones where levels average both. kept: what `spread` said."""
+    # Normals and directions that are shown are means of both.
+    is_one = not kept or draft.show in ("normal", "reflection")
+    share = 0.0 if is_one else relief.flat_share(layers, draft.quality, draft.contents)
+    if share:
+        why = "that do not blur what is mirrored: bumps make it sharp and hazy at once"
+        draft.note(f"{name} flat places", f"{100 * share:.3g} %", why)
+    return int(share > 0)
+
+
 def _minified(surface: Surface, layer: Layer, draft: Draft, box: F64) -> float:
     """Texels of a bump's map along a sample's footprint, at most; curved surfaces have some that is seen edge on."""
     flat, scene, contents = _normal(surface), draft.scene, draft.contents

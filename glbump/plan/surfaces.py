@@ -36,7 +36,7 @@ from glbump.plan.choices import (
 )
 from glbump.plan.environments import parallax
 from glbump.plan.materials import gloss_defines, light_of, why_light
-from glbump.plan.spread import spread
+from glbump.plan.spread import has_flats, spread
 from glbump.quality import Quality
 from glbump.relief import Layer
 from glbump.scene import Bump, Scene, Surface
@@ -129,6 +129,7 @@ def surface_plan(draft: Draft, index: int, environment: tuple[int, Defines], sun
         **bumps,
         **_bump_look_ups(draft, name, bool(bumps["BUMP_MIP"]), kept),
         "SPREAD": kept,
+        "FLATS": has_flats(draft, name, layers, kept),
         "LOOKUP": LOOKUPS[scene.environment_of(surface).lookup],
         "LIGHT": light,
         "DIFFUSE": DIFFUSES[draft.quality.diffuse] if surface.material.is_diffuse else 0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,13 +18,23 @@ from glbump.reference import filter as filters
 from glbump.reference.cast import Hits
 from glbump.reference.direction import axes_across
 from glbump.reference.varied import Place, Varied, turned_change
-from glbump.relief import HEIGHTS, LEVEL_WIDTH, SCREEN, Layer, layers, terms
+from glbump.relief import HEIGHTS, LEVEL_WIDTH, SCREEN, Layer, flat_share, layers, terms
 from glbump.scene import Bump, NormalMap, Surface
 from glbump.shapes import Quad, Sphere, Torus
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
+
+
+class Facing(NamedTuple):
+    """A share (K,) of the surface that a pixel sees, by its bent normals: n, unit length; around: n with the spread of
+    those that are not seen one by one, in slopes; tapped: whether that is worth more than one look-up."""
+
+    share: F64
+    n: Varied
+    around: Varied
+    tapped: bool = False
 
 
 class Relief:
@@ -33,10 +44,13 @@ class Relief:
         self.surface, self.how = surface, quality.bump_filter
         self.footprint, self.anisotropy = samples**-0.5 * LEVEL_WIDTH, quality.anisotropy
         self.layers = layers(surface, quality, contents)
+        self.has_taps = quality.bump_spread == "lean"
         self.full = bool(self.layers) and terms(surface, self.layers, quality, contents).full
         self._maps = [self._levels(layer, contents) for layer in self.layers]
         self._spreads = [self._spread_levels(layer, quality, contents) for layer in self.layers]
-        self.has_spread = any(self._spreads)
+        steep = [contents.steepest(layer.bump, layer.kernel) > 0 for layer in self.layers]
+        self.has_spread = any(levels and bends for levels, bends in zip(self._spreads, steep))
+        self._flats = self._moments_of_flats(quality, contents) if all(self._spreads) else []
 
     def _levels(self, layer: Layer, contents: Contents) -> list[F64]:
         """(H, W, C), row 0 at v = 0, as the texture's filter sees them: what was stored, read back."""
@@ -46,26 +60,36 @@ class Relief:
         return [before_filter(layer.stored, level, most) for level in levels]
 
     def _spread_levels(self, layer: Layer, quality: Quality, contents: Contents) -> list[F64]:
-        """(h, w, 3) each: second moments of the map's slopes, of levels 1 and on, row 0 at v = 0; none where none are
-        kept."""
-        is_flat = contents.steepest(layer.bump, layer.kernel) == 0
-        if quality.bump_spread == "none" or is_flat or not layer.has_spread(self.how):
+        """(h, w, 4) each: second moments of the map's slopes, of levels 1 and on, and the share of steep ones, row 0
+        at v = 0; none where none are kept."""
+        if quality.bump_spread == "none" or not layer.has_spread(self.how):
             return []
         kept = np.float32 if layer.stored.name == "float" else np.float16
-        unit = contents.steepest(layer.bump, layer.kernel) or 1.0
+        unit = (contents.steepest(layer.bump, layer.kernel) or 1.0) ** 2
+        is_lean = quality.bump_spread == "lean"
         levels = [
-            level[::-1].astype(kept).astype(np.float64) * unit**2
-            for level in layer.spread(contents, quality.bump_spread)
+            level[::-1].astype(kept).astype(np.float64)
+            for level in layer.spread(contents, quality.bump_spread, apart=is_lean)
         ]
-        if quality.bump_spread == "lean":
-            return levels
-        return [np.concatenate([level, np.zeros_like(level), level], axis=-1) for level in levels]
+        if is_lean:
+            return [level * (unit, unit, unit, 1) for level in levels]
+        return [
+            np.concatenate([level * unit, 0 * level, level * unit, np.ones_like(level)], axis=-1) for level in levels
+        ]
+
+    def _moments_of_flats(self, quality: Quality, contents: Contents) -> list[F64]:
+        """(3,) for each layer, as slope_scale has them; none where flat places are not kept apart."""
+        if not flat_share(self.layers, quality, contents):
+            return []
+        bumps = [layer.bump for layer in self.layers]
+        moments = [contents.flats(layer.bump, layer.kernel).moments for layer in self.layers]
+        return [m * _products(bump.slope_scale) for m, bump in zip(moments, bumps)]
 
     def bent(
-        self, hit: Hits, front: Index, p_object: Varied, normals: Varied, linear: F64, at: Place
-    ) -> tuple[Varied, Varied]:
-        """Unit normals of the hits `front`, at points p_object, bent; and with the spread of those that are not seen
-        one by one, in slopes. linear: (3, 3) from the object's frame."""
+        self, hit: Hits, front: Index, p_object: Varied, normals: Varied, linear: F64, at: Place, *, whole: bool
+    ) -> list[Facing]:
+        """How the hits `front`, at points p_object with these unit normals, face. linear: (3, 3) from the object's
+        frame; whole: in one part, also where flat places are kept apart."""
         n_env = normals.at
         uv = np.zeros((len(front), 2)) if hit.uv is None else hit.uv[front]
         p, n = p_object.at, hit.n[front]
@@ -74,20 +98,27 @@ class Relief:
         gradient = np.zeros_like(n_env)
         height, by_uv, on_screen = np.zeros(len(uv)), np.zeros_like(uv), np.zeros(len(uv))
         axes = axes_across(n_env)
-        by_uv_moments, total = np.zeros((len(uv), 3)), np.zeros((len(uv), 3))
-        for layer, levels, spreads in zip(self.layers, self._maps, self._spreads):
-            bump = layer.bump
+        # Of all slopes that are not seen one by one, and of those of them that are flat.
+        by_uv_moments, total = np.zeros((2, len(uv), 3)), np.zeros((2, len(uv), 3))
+        flats = np.ones(len(uv))
+        for i, (layer, levels, spreads) in enumerate(zip(self.layers, self._maps, self._spreads)):
+            bump, of_flats = layer.bump, self._flats[i] if self._flats else np.zeros(3)
             if layer.is_triplanar:
                 # Of a height that is known where the object is: rows, by the inverse.
                 inverse = np.linalg.inv(linear)
                 object_axes = axes[0] @ inverse.T, axes[1] @ inverse.T
-                along, above, moments = self._triplanar(layer, levels, spreads, p_object, n, object_axes)
+                along, above, moments, flat = self._triplanar(
+                    layer, levels, spreads, of_flats, p_object, n, object_axes
+                )
                 gradient += bumps.volume_gradient(n_env, along @ inverse)
                 total += moments
+                flats *= flat
                 on_screen += above if layer.kind == SCREEN else 0.0
                 continue
             place, moved = uv * bump.map_repeat, (duv[0] * bump.map_repeat, duv[1] * bump.map_repeat)
-            value, moments = self._averaged(layer, levels, spreads, place, moved)
+            value, kept = self._averaged(layer, levels, spreads, place, moved)
+            moments = _both(kept, of_flats)
+            flats *= 1 - kept[:, 3]
             slope = value[:, :2] * bump.slope_scale
             if isinstance(bump, NormalMap):
                 t, b = bumps.tangent_frame(n_env, dpdu, dpdv)
@@ -115,13 +146,16 @@ class Relief:
             both = zip(at.differences(p @ linear.T), at.differences(on_screen[:, None]), strict=True)
             (p_x, h_x), (p_y, h_y) = both
             gradient += bumps.surface_gradient(n_env, p_x, p_y, np.concatenate([h_x, h_y], axis=-1))
-        changes = (
-            footprint.bump_normal_change(n_env, gradient, dn, dg)
-            for dn, dg in zip(normals[1:], at.differences(gradient), strict=True)
-        )
-        bent, still = bumps.bump_normal(n_env, gradient), np.zeros_like(n_env)
-        around = (footprint.bump_normal_change(n_env, gradient, still, s) for s in spread.spread_along(*axes, total))
-        return Varied(bent, *changes), Varied(bent, *around)
+        if whole or not self._flats:
+            around = spread.spread_along(*axes, total[0])
+            return [_facing(np.ones(len(uv)), normals, gradient, around, at, self.has_taps)]
+        mean = np.stack([np.einsum("ki,ki->k", gradient, axis) for axis in axes], axis=-1)
+        steep, mean, moments = spread.steep_part(1 - flats, mean, total[0])
+        gradient = mean[:, :1] * axes[0] + mean[:, 1:] * axes[1]
+        return [
+            Facing(1 - steep, normals, Varied(n_env, *spread.spread_along(*axes, total[1]))),
+            _facing(steep, normals, gradient, spread.spread_along(*axes, moments), at, self.has_taps),
+        ]
 
     def _changes(self, hit: Hits, front: Index, p: Varied, uv: F64, at: Place) -> tuple[F64, F64]:
         """Changes (K, 2) of u and v from pixel to pixel."""
@@ -133,13 +167,20 @@ class Relief:
         return footprint.uv_change(p.dx, *by_uv), footprint.uv_change(p.dy, *by_uv)
 
     def _triplanar(
-        self, layer: Layer, levels: list[F64], spreads: list[F64], p: Varied, n: F64, axes: tuple[F64, F64]
-    ) -> tuple[F64, F64, F64]:
-        """Gradients (K, 3) in the object's frame, heights (K) and the gradients' second moments (K, 3) along two axes
-        there, of a map laid along the object's own, at points p with normals n (K, 3)."""
+        self,
+        layer: Layer,
+        levels: list[F64],
+        spreads: list[F64],
+        of_flats: F64,
+        p: Varied,
+        n: F64,
+        axes: tuple[F64, F64],
+    ) -> tuple[F64, F64, F64, F64]:
+        """Gradients (K, 3) in the object's frame, heights (K), the gradients' second moments (2, K, 3) along two axes
+        there, and the share of flat ones (K), of a map laid along the object's own, at points p, normals n (K, 3)."""
         bump = layer.bump
         assert isinstance(bump, Bump)
-        gradient, height, total = np.zeros_like(n), np.zeros(len(n)), np.zeros_like(n)
+        gradient, height, total, flats = np.zeros_like(n), np.zeros(len(n)), np.zeros((2, *n.shape)), np.zeros(len(n))
         shares = bumps.triplanar_shares(n)
         for axis, (right, up) in enumerate(_PLANES):
             # Seen upright from outside, so from the other side the other way round.
@@ -147,23 +188,24 @@ class Relief:
             turned = np.where([axis != 1, axis == 1], side, 1.0)
             right_up = np.stack([turned[:, :1] * right, turned[:, 1:] * up], axis=1)
             place, *ddxy = (np.einsum("kij,kj->ki", right_up, v) * bump.map_repeat for v in p)
-            value, moments = self._averaged(layer, levels, spreads, place, (ddxy[0], ddxy[1]))
-            share = shares[:, axis]
+            value, kept = self._averaged(layer, levels, spreads, place, (ddxy[0], ddxy[1]))
+            share, moments = shares[:, axis], _both(kept, of_flats)
             total += share[:, None] ** 2 * spread.moments_across(*axes, right_up[:, 0], right_up[:, 1], moments)
+            flats += share * (1 - kept[:, 3])
             gradient += share[:, None] * np.einsum("kij,ki->kj", right_up, value[:, :2] * bump.slope_scale)
             height += share * bump.amplitude * value[:, 2]
-        return gradient, height, total
+        return gradient, height, total, flats
 
     def _averaged(
         self, layer: Layer, levels: list[F64], spreads: list[F64], place: F64, changes: tuple[F64, F64]
     ) -> tuple[F64, F64]:
         """(K, 3): slopes of the map, and heights, about places (K, 2) on it that change so from pixel to pixel, (K, 2)
-        of normal maps; and second moments (K, 3) of the slopes that this averages, as slope_scale has them."""
+        of normal maps; and (K, 4) of the slopes that this averages, as `_around` has it."""
         size = np.array(levels[0].shape[1::-1])
         ddx, ddy = (change * size * self.footprint for change in changes)
         if self.anisotropy == 1 or layer.filter(self.how) == "bilinear":
             level = filters.isotropic_level(ddx, ddy)
-            return self._read(layer, levels, place, level), self._moments(layer, spreads, place, level)
+            return self._read(layer, levels, place, level), self._around(layer, spreads, place, level)
         major, minor = filters.footprint_axes(ddx, ddy)
         taps = filters.footprint_taps(major, minor, 1.0, self.anisotropy)[:, None]
         level = filters.isotropic_level(major / taps, minor)
@@ -173,10 +215,10 @@ class Relief:
         places, counts = place + (numbers + 0.5 - 0.5 * taps) * step, numbers < taps
         values = np.array([self._read(layer, levels, at, level) for at in places])
         mean = (counts * values).sum(axis=0) / taps
-        moments = np.array([self._moments(layer, spreads, at, level) for at in places])
+        kept = np.array([self._around(layer, spreads, at, level) for at in places])
         u, v = np.moveaxis((values - mean)[..., :2] * layer.bump.slope_scale, -1, 0)
-        moments += np.stack([u * u, u * v, v * v], axis=-1)
-        return mean, (counts * moments).sum(axis=0) / taps
+        kept += np.stack([u * u, u * v, v * v, 0 * u], axis=-1)
+        return mean, (counts * kept).sum(axis=0) / taps
 
     def _read(self, layer: Layer, levels: list[F64], place: F64, level: F64) -> F64:
         """(K, 3): slopes of the map, and heights, at places (K, 2) on it and levels (K,); (K, 2) of normal maps."""
@@ -194,11 +236,12 @@ class Relief:
             value[:, :2] *= (place >= 0) & (place <= 1)
         return value
 
-    def _moments(self, layer: Layer, spreads: list[F64], place: F64, level: F64) -> F64:
-        """(K, 3): second moments of the slopes that `_read` averages, as slope_scale has them."""
+    def _around(self, layer: Layer, spreads: list[F64], place: F64, level: F64) -> F64:
+        """(K, 4): second moments of the slopes that `_read` averages, as slope_scale has them, and the share of those
+        that are steep."""
         if not spreads:
-            return np.zeros((len(place), 3))
-        moments = filters.through_levels(
+            return np.tile(_LEVEL_0, (len(place), 1))
+        kept = filters.through_levels(
             lambda i, chosen: bilinear(spreads[i], place[chosen], layer.ends),
             level - 1,
             len(spreads),
@@ -206,9 +249,35 @@ class Relief:
         )
         if layer.ends:
             inside = (place >= 0) & (place <= 1)
-            moments = moments * np.stack([inside[:, 0], inside.all(axis=-1), inside[:, 1]], axis=-1)
-        u, v = layer.bump.slope_scale
-        return moments * (u * u, u * v, v * v) * np.clip(level, 0, 1)[:, None]
+            both = inside.all(axis=-1)
+            kept = _LEVEL_0 + (kept - _LEVEL_0) * np.stack([inside[:, 0], both, inside[:, 1], both], axis=-1)
+        kept = _LEVEL_0 + (kept - _LEVEL_0) * np.clip(level, 0, 1)[:, None]
+        return kept * (*_products(layer.bump.slope_scale), 1)
+
+
+_LEVEL_0 = np.array([0.0, 0.0, 0.0, 1.0])
+"""What is kept where no slopes are averaged."""
+
+
+def _products(scale: Sequence[float]) -> F64:
+    u, v = scale
+    return np.array([u * u, u * v, v * v])
+
+
+def _both(kept: F64, of_flats: F64) -> F64:
+    """(2, K, 3): second moments of all slopes, kept (K, 4), and of flat ones."""
+    return np.stack([kept[:, :3], np.broadcast_to(of_flats, (len(kept), 3))])
+
+
+def _facing(share: F64, normals: Varied, gradient: F64, around: tuple[F64, F64], at: Place, tapped: bool) -> Facing:
+    """Normals bent by a gradient (K, 3), with a spread of it."""
+    bent, still = bumps.bump_normal(normals.at, gradient), np.zeros_like(gradient)
+    changes = (
+        footprint.bump_normal_change(normals.at, gradient, dn, dg)
+        for dn, dg in zip(normals[1:], at.differences(gradient), strict=True)
+    )
+    spreads = (footprint.bump_normal_change(normals.at, gradient, still, s) for s in around)
+    return Facing(share, Varied(bent, *changes), Varied(bent, *spreads), tapped)
 
 
 _PLANES = (((0, 0, -1), (0, 1, 0)), ((1, 0, 0), (0, 0, -1)), ((1, 0, 0), (0, 1, 0)))

@@ -38,7 +38,7 @@ from glbump.reference.capture import with_captures
 from glbump.reference.cast import Grid, Hits, cast
 from glbump.reference.environment import sh9_irradiance
 from glbump.reference.lobe import Facets, lobe_factors
-from glbump.reference.relief import Relief
+from glbump.reference.relief import Facing, Relief
 from glbump.reference.sun import sun_reflected
 from glbump.reference.suns import suns_apart
 from glbump.reference.surroundings import Surroundings
@@ -316,23 +316,27 @@ class _Shader:
         side = np.where(behind[:, None], -1.0, 1.0)
         n = normal_met(surface.shape, hit.n[front], p_object, n_env, linear, at)
         geometry = n.times(side)
-        relief, around = self.reliefs[index], n
-        if relief.layers:
-            if hit.uv is None and not all(layer.is_triplanar for layer in relief.layers):
-                raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
-            n, around = relief.bent(hit, front, p_object, n, linear, at)
-        n = n.times(side)
-        if relief.layers:
-            n = kept_facing(n, look)
-        if self.show == "normal":
-            return n.at @ env_from_world
         if self.show == "uv":
             uv = np.zeros((len(front), 2)) if hit.uv is None else hit.uv[front]
             return np.pad(uv, ((0, 0), (0, 1)))
-        eta = np.where(behind, surface.material.ior, 1 / surface.material.ior)
+        relief, facings = self.reliefs[index], [Facing(np.ones(len(front)), n, n)]
         has_levels = self.surroundings[self.scene.environment_of(surface)].has_footprint
         seen_apart = not relief.has_spread or (surface.material.roughness == 0 and not has_levels)
-        return self._light(surface, p_world, look, n, geometry, eta, None if seen_apart else around._replace(at=n.at))
+        if relief.layers:
+            if hit.uv is None and not all(layer.is_triplanar for layer in relief.layers):
+                raise SceneError(f"surface {index}: bumps need texture coordinates, and this mesh has none")
+            facings = relief.bent(hit, front, p_object, n, linear, at, whole=self.show is not None or seen_apart)
+        eta = np.where(behind, surface.material.ior, 1 / surface.material.ior)
+        result = np.zeros_like(n_env)
+        for share, n, around, tapped in facings:
+            n = n.times(side)
+            if relief.layers:
+                n = kept_facing(n, look)
+            if self.show == "normal":
+                return n.at @ env_from_world
+            spread = None if seen_apart else around._replace(at=n.at)
+            result += share[:, None] * self._light(surface, p_world, look, n, geometry, eta, spread, tapped=tapped)
+        return result
 
     def _irradiance_over_pi(self, environment: Environment, n_env: F64) -> F64:
         """Of normals (K, 3), before exposure: the truth in the place of a map."""
@@ -362,9 +366,12 @@ class _Shader:
         geometry: Varied,
         eta: F64,
         spread: Varied | None,
+        *,
+        tapped: bool,
     ) -> F64:
         """What surface.frag's light() computes, for any material. eta: (K,) index of refraction on the eye's side over
-        that on the other; spread: normals with theirs, in slopes, None where no bumps are averaged."""
+        that on the other; spread: normals with theirs, in slopes, None where no bumps are averaged; tapped: whether
+        that is worth more than one look-up."""
         material, environment = surface.material, self.scene.environment_of(surface)
         around = self.surroundings[environment]
         dir_env, n_env = dir.at, n.at
@@ -388,7 +395,7 @@ class _Shader:
         def looked_at(look: Varied, spread: Varied | None) -> F64:
             if is_glossy:
                 return self._blurred(environment, around.seen_at(p_world.at, look.at), roughness)
-            return around.light(around.seen_from(p_world, look), spread)
+            return around.light(around.seen_from(p_world, look), spread, tapped=tapped)
 
         if is_glossy and self.quality.gloss == "sampled":
 

@@ -60,6 +60,25 @@ def spread_along(x: npt.ArrayLike, y: npt.ArrayLike, moments: npt.ArrayLike) -> 
     return a, b
 
 
+def steep_part(share: npt.ArrayLike, mean: npt.ArrayLike, moments: npt.ArrayLike) -> tuple[F64, F64, F64]:
+    """Of slopes with a mean (..., 2) and moments (..., 3) about it, of which (...) are steep and the others 0: how many
+    are steep, their mean and their moments. E[s] and E[s s^T] of all are those of the steep ones times their share,
+    which is no less than leaves them a variance of 0 along the mean. Moments past MOST_SPREAD have no flats."""
+    m, square = _f64(mean), _square(moments)
+    is_kept = np.einsum("...ii->...", square) < MOST_SPREAD
+    length = np.linalg.norm(m, axis=-1)
+    along = np.einsum("...i,...ij,...j->...", m, square, m) / np.maximum(length, 1e-150) ** 2
+    least = np.where(length > 0, length**2 / np.maximum(length**2 + along, 1e-300), 0.0)
+    steep = np.where(is_kept, np.maximum(_f64(share), least), 1.0)
+    # Of fewer than a thousandth it does not matter how they lie.
+    some = np.maximum(steep, 1e-3)
+    theirs = m / some[..., None]
+    left = square / some[..., None, None] - ((1 - steep)[..., None, None] * _outer(theirs))
+    xx, yy = (np.maximum(left[..., i, i], 0.0) for i in (0, 1))
+    xy = np.clip(left[..., 0, 1], -np.sqrt(xx * yy), np.sqrt(xx * yy))
+    return steep, theirs, np.where(is_kept[..., None], np.stack([xx, xy, yy], axis=-1), _f64(moments))
+
+
 def unit_share(a: npt.ArrayLike, b: npt.ArrayLike) -> F64:
     """(...) what a spread of slopes is times as that of unit normals: the mean of s_i s_j / (1 + s^2), to the second
     order."""

@@ -83,7 +83,6 @@ class Surroundings:
         how = quality.environment_filter
         self.has_footprint = how != "bilinear"
         self.texels_per_radian: float | None = None
-        self.has_taps = quality.bump_spread == "lean"
         self.look_up_averaged: _LookUp | None = None
         if isinstance(environment, Procedural):
             self.has_footprint = is_averaged(how, samples)
@@ -118,8 +117,9 @@ class Surroundings:
         centre = self.env_from_world @ np.subtract(room.centre, position)
         return parallax.sphere_parallax(p, dir_env, centre, room.radius)
 
-    def light(self, look: Varied, around: Varied | None = None) -> F64:
-        """Radiance (K, 3) in unit directions, or about them, with the spread that `around` has."""
+    def light(self, look: Varied, around: Varied | None = None, *, tapped: bool = False) -> F64:
+        """Radiance (K, 3) in unit directions, or about them, with the spread that `around` has. tapped: by more than
+        one look-up, where a picture is looked up."""
         size = self.footprint if self.has_footprint else 0.0
         dir_env, ddx, ddy = look.at, look.dx * size, look.dy * size
         if around is None:
@@ -127,7 +127,7 @@ class Surroundings:
         # Levels average over a variance of 1/4 of their texels' squares, what is computed over 1/12 of a footprint's.
         side = 12**0.5 if self.texels_per_radian is None else 2.0
         longer, shorter, squares = spreads.widened_footprint(dir_env, ddx, ddy, side * around.dx, side * around.dy)
-        if self.texels_per_radian is None or not self.has_taps:
+        if self.texels_per_radian is None or not tapped:
             axes = (np.sqrt(squares[:, i : i + 1]) * axis for i, axis in enumerate((longer, shorter)))
             return self.exposure * self.look_up(dir_env, *axes)
         apart, tap = np.split(spreads.spread_taps(squares, self.texels_per_radian), 2, axis=-1)

@@ -27,6 +27,34 @@ void spread_along(vec3 x, vec3 y, vec3 moments, out vec3 a, out vec3 b) {
     b = size * (m.y * x + (m.z + r) * y);
 }
 
+// Slopes with a mean and second moments (xx, xy, yy) about it, of which about `share` are steep and the others flat, 0 on
+// average: how many are steep, which is no less than leaves those a variance of 0 along the mean, and their own mean and
+// moments. Moments past 1e16 have no flats.
+void steep_part(float share, vec2 mean, vec3 moments, out float steep, out vec2 steep_mean, out vec3 steep_moments) {
+    steep = 1.0;
+    steep_mean = mean;
+    steep_moments = moments;
+    float trace = moments.x + moments.z;
+    if (!(trace < 1e16)) return;
+    // In shares of the largest of them, whose fourth powers are floats.
+    float size = max(max(abs(mean.x), abs(mean.y)), max(sqrt(max(trace, 0.0)), 1e-18));
+    vec2 m = mean / size;
+    vec3 c = moments / size / size;
+    vec3 squares = m.xxy * m.xyy;
+    float fourth = (squares.x + squares.z) * (squares.x + squares.z);
+    float along = max(dot(c, vec3(1.0, 2.0, 1.0) * squares), 0.0);
+    steep = max(share, fourth / max(fourth + along, 1e-30));
+    // Of fewer than a thousandth it does not matter how they lie.
+    float times = 1.0 / max(steep, 1e-3);
+    c = times * (c - (1.0 - steep) * times * squares);
+    // What rounding makes of no variance.
+    c.xz = max(c.xz, 0.0);
+    float most = sqrt(c.x * c.z);
+    c.y = clamp(c.y, -most, most);
+    steep_mean = times * mean;
+    steep_moments = size * size * c;
+}
+
 // What a spread in slopes is times, to be one of unit vectors, which cannot lie farther apart than a sphere is wide: s / (1
 // + 2 tr s). Of slopes s with a Gaussian distribution the mean of s^2 / (1 + s^2), to the second order; for slopes of 1/2
 // rms along each axis 10 % low.

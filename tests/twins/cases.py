@@ -31,7 +31,8 @@ FOLDED = 1.1e-4  # of the mean and the deviation that folded_share gives
 class Case:
     """How one function is compared with its twin.
 
-    rows: its arguments. ulps, abs: the bounds; abs may be a function of (arguments, wanted). reason: why these.
+    rows: its arguments. ulps, abs: the bounds; abs may be a function of (arguments, wanted), with one bound for all
+    that is given back, or a tuple of one for each. reason: why these.
     period: what one may add to a component without changing what it means (0: nothing). where: rows to compare,
     as a function of the arguments, where the formula has no one answer.
     """
@@ -859,6 +860,33 @@ def _along() -> Rows:
     return inputs.unit_vectors(3000, 1), inputs.unit_vectors(3000, 2), moments
 
 
+def _parted() -> Rows:
+    """Of any share, with the mean small or large against the spread, some of both 0; past floats; some of one line."""
+    moments = _moments()
+    size = inputs.log_uniform(3000, 1e-12, 1e7, seed=3).astype(np.float64)
+    mean = (inputs.uniform(3000, -1, 1, (2,), 4) * inputs.log_uniform(3000, 1e-3, 1e3, seed=5)[:, None]).astype(
+        np.float64
+    )
+    mean[:50], moments[50:100] = 0, 0
+    mean[100:110], moments[100:110] = 0, 0
+    moments, mean = moments * size[:, None] ** 2, mean * size[:, None]
+    moments[110:150] = (3e38, 0, 3e38)
+    share = inputs.uniform(3000, seed=6)
+    share[150:200], share[200:250] = 0, 1
+    return share, mean.astype(np.float32), moments.astype(np.float32)
+
+
+def _parted_bound(share: Any, mean: Any, moments: Any, want: Any) -> tuple[F64, F64, F64]:
+    steep, _, _ = want
+    trace = moments.astype(np.float64)[:, ::2].sum(-1)
+    square = (mean.astype(np.float64) ** 2).sum(-1)
+    times = 1 / np.maximum(steep, 1e-3)
+    parts = times * trace + times**2 * square
+    # Below 1e-18 the largest counts as that large.
+    off = 60 * EPS + np.where(np.sqrt(np.maximum(trace, square)) < 1e-15, 1.0, 0.0)
+    return off * steep, off[:, None] * times[:, None] * np.abs(mean), 200 * EPS * (times * parts)[:, None]
+
+
 def _along_bound(x: Any, y: Any, moments: Any, want: Any) -> F64:
     trace = np.minimum(moments[:, 0].astype(np.float64) + moments[:, 2], 1e16)
     # The root of a determinant is off by the root of its roundings, where it is about 0.
@@ -1410,6 +1438,11 @@ CASES: dict[str, Case] = {
     ),
     "spread.spread_along": Case(
         _along, "two roots, one of a determinant in which all but roundings may cancel", abs=_along_bound
+    ),
+    "spread.steep_part": Case(
+        _parted,
+        "a share of some products; by it the mean is divided, and twice what is taken from the moments",
+        abs=_parted_bound,
     ),
     "spread.unit_share": Case(lambda: _pairs(2000, 1e-4, 1e8, 1), "a sum of squares, and its root", ulps=8),
     "spread.folded_share": Case(

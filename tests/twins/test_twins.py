@@ -74,6 +74,9 @@ def compare(got: Any, want: Any, arguments: tuple[Any, ...], case: Case) -> None
         want = want + np.where(np.isinf(turns), 0.0, np.rint((got - want) / turns) * np.nan_to_num(turns, posinf=0.0))
     bound = case.abs(*arguments, want) if callable(case.abs) else case.abs
     where = case.where(*arguments) if case.where else None
-    for part in got if isinstance(got, tuple) else (got,):
+    parts = got if isinstance(got, tuple) else (got,)
+    for part in parts:
         assert np.isfinite(part).all(), "rows that are not compared must be finite all the same"
-    ulp.assert_close(got, want, ulps=case.ulps, abs=np.maximum(bound, ulp.TINY), where=where)
+    compared = zip(parts, want, bound, strict=True) if isinstance(bound, tuple) else [(got, want, bound)]
+    for part, wanted, most in compared:
+        ulp.assert_close(part, wanted, ulps=case.ulps, abs=np.maximum(most, ulp.TINY), where=where)
