@@ -2,6 +2,7 @@
 // lib/spread.glsl.
 
 #include "bump_input.glsl"
+#include "footprint_input.glsl"
 
 Varied bent(Varied n, vec3 gradient) {
     Varied result = Varied(bump_normal(n.at, gradient), vec3(0.0), vec3(0.0));

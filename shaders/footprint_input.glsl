@@ -1,6 +1,7 @@
 // How a surface and what it mirrors change from pixel to pixel. Glue for lib/footprint.glsl.
 
 #include "lib/footprint.glsl"
+#include "shape_input.glsl"
 
 // A vector, and its changes with a pixel to the right and with one up; nothing reads these where nothing has a footprint.
 struct Varied {

@@ -11,6 +11,8 @@
 #define BY_MAP 2
 
 #include "lib/reflect.glsl"
+#include "environment_input.glsl"
+#include "footprint_input.glsl"
 #if PARALLAX
 #include "room.glsl"
 uniform mat3 room_from_object;

@@ -209,8 +209,8 @@ def test_alike_slopes_have_no_spread_however_steep(renderer: Renderer) -> None:
 
 
 def test_a_plane_that_recedes_comes_nearer_to_the_truth(renderer: Renderer) -> None:
-    """Bricks next to the size of pixels, which a footprint as wide as long would average across their joints."""
-    bump = gb.Bump(patterns.bricks((64, 64)), amplitude=0.01, repeat=(12, 12))
+    """Dents next to the size of pixels, which a footprint as wide as long would average across their rims."""
+    bump = gb.Bump(patterns.dimples((64, 64)), amplitude=0.01, repeat=(12, 12))
     camera = gb.Camera(eye=(0, 0.6, 0), target=(0, 0, -2), fov=40)
     scene = gb.Scene([gb.Surface(gb.Plane(size=(20, 20)), MIRROR, bump)], LIGHT, camera)
     truth = renderer.render(scene, (32, 32), gb.Quality("exact", samples=256)).pixels
@@ -220,7 +220,7 @@ def test_a_plane_that_recedes_comes_nearer_to_the_truth(renderer: Renderer) -> N
         quality = gb.Quality("balanced", samples=1, anisotropy=anisotropy)
         return float(np.sqrt(((renderer.render(scene, (32, 32), quality).pixels - truth)[inside] ** 2).mean()))
 
-    assert error(4) < 0.92 * error(1)
+    assert error(4) < 0.85 * error(1)
 
 
 # ---- by the texture unit
