@@ -26,7 +26,7 @@ from glbump.gl.renderer import Renderer
 from glbump.maps.cube import face_dir
 from glbump.maps.files import write_picture
 from glbump.maps.layout import CUBE, HEMICUBE, LATLONG, EnvironmentMap, sample, texel_dirs
-from glbump.plan import Capabilities, make_plan
+from glbump.plan import Capabilities, Plan, make_plan
 from glbump.quality import Quality
 from glbump.reference.capture import with_captures
 from glbump.reference.shade import render as reference_render
@@ -282,9 +282,10 @@ def counted(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
     drawn: list[Scene] = []
     draw = renderer._captures._draw
 
-    def noted(scene: Scene, *rest: Any) -> moderngl.Framebuffer:
-        drawn.append(scene)
-        return draw(scene, *rest)
+    def noted(scene: Scene, cameras: list[Camera], *rest: Any) -> Iterator[moderngl.Framebuffer]:
+        for camera, face in zip(cameras, draw(scene, cameras, *rest), strict=True):
+            drawn.append(replace(scene, camera=camera))
+            yield face
 
     monkeypatch.setattr(renderer._captures, "_draw", noted)
     renderer._captures.release()
@@ -351,6 +352,30 @@ def test_the_benchmark_captures_anew(renderer: Renderer, counted: list[Scene]) -
     assert all(len(scene.surfaces) == 2 for scene in counted)
 
 
+@pytest.mark.parametrize("far", [False, True])
+def test_faces_are_plain_pictures_of_what_is_made_ready_once(
+    renderer: Renderer, counted: list[Scene], monkeypatch: pytest.MonkeyPatch, far: bool
+) -> None:
+    """But for what another direction decides otherwise: ahead of one face, something lies so far behind what is near
+    that its depth is a logarithm."""
+    made: list[Plan] = []
+    ready = renderer._ready
+
+    def noted(scene: Scene, plan: Plan, *rest: Any) -> Any:
+        made.append(plan)
+        return ready(scene, plan, *rest)
+
+    balls = [_ball((0, 0, -1.5)), _ball((3, 0, 0.4)), _ball((0, 2, -5000 if far else -5))]
+    scene = Scene([*balls, _ball(environment=Captured(size=N))], LatLong(_latlong()))
+    monkeypatch.setattr(renderer, "_ready", noted)
+    faces = _drawn_faces(renderer, scene)
+    assert [plan.log_depth for plan in made[:-1]] == ([False, True] if far else [False])
+    assert len(counted) == 6
+    for face, seen in zip(faces, counted):
+        plain = renderer.render(seen, (N, N), ONE).pixels
+        assert np.array_equal(face, plain[::-1, :, :3])
+
+
 def test_a_changed_file_is_seen(renderer: Renderer, tmp_path: Path) -> None:
     write_picture(tmp_path / "light.exr", np.ones((2, 4, 3), np.float32))
     lamp = _ball((0, 0, 2), LatLong(tmp_path / "light.exr"))
@@ -398,12 +423,13 @@ def test_a_failed_capture_leaves_nothing(context: Context, monkeypatch: pytest.M
     renderer.render(_pair(1), (16, 16), "fast")
     captures, draw, calls = renderer._captures, renderer._captures._draw, 0
 
-    def failing(*arguments: Any) -> moderngl.Framebuffer:
+    def failing(*arguments: Any) -> Iterator[moderngl.Framebuffer]:
         nonlocal calls
-        calls += 1
-        if calls == 9:
-            raise LimitError("full")
-        return draw(*arguments)
+        for face in draw(*arguments):
+            calls += 1
+            if calls == 9:
+                raise LimitError("full")
+            yield face
 
     with monkeypatch.context() as patch:
         patch.setattr(captures, "_draw", failing)

@@ -8,13 +8,14 @@ and are a CubeMap or a HemiCube from there on.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import moderngl
 import numpy as np
 
+from glbump.camera import Camera
 from glbump.captures import cameras, in_rounds, pictured
 from glbump.environment import Captured, CubeMap, Environment, HemiCube
 from glbump.gl.context import Context
@@ -28,8 +29,8 @@ from glbump.scene import Scene
 
 Taken = moderngl.TextureCube | CubeMap | HemiCube
 Shown = Mapping[Captured, Taken]
-Draw = Callable[[Scene, tuple[int, int], Quality, Shown], moderngl.Framebuffer]
-"""Draws a scene whose captured environments are shown as given."""
+Draw = Callable[[Scene, Sequence[Camera], tuple[int, int], Quality, Shown], Iterator[moderngl.Framebuffer]]
+"""Draws a scene whose captured environments are shown as given, by one camera after another."""
 
 
 class Captures:
@@ -104,7 +105,7 @@ class Captures:
     ) -> Taken:
         """One capture of what is seen."""
         size, how = (environment.size, environment.size), plans[environment]
-        faces = (self._draw(replace(seen, camera=camera), size, quality, shown) for camera in cameras(environment))
+        faces = self._draw(seen, cameras(environment), size, quality, shown)
         if _is_read_back(how):
             return pictured(environment, [read(face)[..., :3].astype(np.float32) for face in faces])
         texture = self._texture(environment.size, DTYPES[how.texture_format])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import moderngl
@@ -45,3 +46,8 @@ class Prepared(Frozen):
     sky: Draw | None
     stats: dict[str, Any]
     freed: int
+
+    def moved(self, scene: Scene, plan: Plan) -> Prepared:
+        """The same scene, of which at most the camera has moved, and nothing is decided otherwise for that."""
+        view = self.view if scene is self.scene else View(scene, plan, self.view.still)
+        return replace(self, scene=scene, plan=plan, view=view)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import moderngl
 
 from glbump import validate as check
+from glbump.camera import Camera
 from glbump.contents import Contents, content_keys
 from glbump.environment import Captured
 from glbump.errors import ContextError, LimitError
@@ -71,7 +72,7 @@ class Renderer:
         self.contents = contents or Contents()
         self._store = Store(self.context, self.contents)
         self._programs = Programs(self.context.gl)
-        self._captures = Captures(self.context, self._captured_face, self._store.forget)
+        self._captures = Captures(self.context, self._captured_faces, self._store.forget)
         # By what is drawn in them: frames, or faces of captures.
         self._targets: dict[str, tuple[Hashable, Targets]] = {}
         self._last: Prepared | None = None
@@ -201,8 +202,7 @@ class Renderer:
         self._last = None
         if last is not None and (last.key != key or last.freed != self._store.freed):
             last = None
-        is_same = last is not None and last.scene is scene
-        if last is not None and is_same:
+        if last is not None and last.scene is scene:
             plan = last.plan
         else:
             plan = self._planner.plan(scene, quality, size, self.capabilities, contents)
@@ -211,12 +211,10 @@ class Renderer:
             and last.plan.choices is plan.choices
             and self._captures.fit(scene, plan, contents, recapture)
         ):
-            # At most the camera has moved.
-            view = last.view if is_same else View(scene, plan, last.view.still)
-            self._last = replace(last, scene=scene, plan=plan, view=view)
-            return self._last
-        shown = self._captures.shown(scene, plan, quality, contents, recapture)
-        self._last = self._ready(scene, plan, shown, key)
+            self._last = last.moved(scene, plan)
+        else:
+            shown = self._captures.shown(scene, plan, quality, contents, recapture)
+            self._last = self._ready(scene, plan, shown, key)
         return self._last
 
     def _ready(self, scene: Scene, planned: Plan, shown: Shown, key: Hashable) -> Prepared:
@@ -240,16 +238,24 @@ class Renderer:
         ready = self._ready(scene, plan, shown, None)
         return self._draw(ready, self._targets_for("frames", plan)), ready.stats
 
-    def _captured_face(
-        self, scene: Scene, size: tuple[int, int], quality: Quality, shown: Shown
-    ) -> moderngl.Framebuffer:
-        """One of the pictures that a capture takes."""
-        plan = self.plan(scene, size, quality)
-        try:
-            targets = self._targets_for("faces", plan)
-        except LimitError as why:
-            raise LimitError(f"environment.size {size[0]}, of what a surface captures: {why}") from None
-        return self._draw(self._ready(scene, plan, shown, None), targets)
+    def _captured_faces(
+        self, scene: Scene, cameras: Iterable[Camera], size: tuple[int, int], quality: Quality, shown: Shown
+    ) -> Iterator[moderngl.Framebuffer]:
+        """The pictures that a capture takes, one by one: of one scene, by a camera that turns."""
+        planner = Planner(self.contents)
+        ready: Prepared | None = None
+        for camera in cameras:
+            turned = replace(scene, camera=camera)
+            plan = planner.plan(turned, quality, size, self.capabilities, None)
+            try:
+                targets = self._targets_for("faces", plan)
+            except LimitError as why:
+                raise LimitError(f"environment.size {size[0]}, of what a surface captures: {why}") from None
+            if ready is not None and ready.plan.choices is plan.choices:
+                ready = ready.moved(turned, plan)
+            else:
+                ready = self._ready(turned, plan, shown, None)
+            yield self._draw(ready, targets)
 
     def _stats(self, scene: Scene, plan: Plan, draws: list[Draw]) -> dict[str, Any]:
         """All that is known before the frame is drawn."""
