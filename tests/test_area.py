@@ -164,9 +164,10 @@ def supersampled(pixels: Any, target: Grid, k: int = 16) -> tuple[Any, Any]:
     i = np.minimum((uv[..., 1] * pixels.shape[0]).astype(int), pixels.shape[0] - 1)
     j = (uv[..., 0] * pixels.shape[1]).astype(int) % pixels.shape[1]
     box = (tiles, target.size[1], k, target.size[0], k)
-    mean = (pixels[i, j] * weight[..., None]).reshape(*box, 3).sum((2, 4)) / weight.reshape(box).sum((2, 4))[..., None]
     shown = np.broadcast_to(inside(target.layout, fine.size), fine.shape).reshape(box).all((2, 4))
-    return mean, shown
+    # Past a mirror ball's rim are no solid angles.
+    whole = np.where(shown, weight.reshape(box).sum((2, 4)), np.inf)
+    return (pixels[i, j] * weight[..., None]).reshape(*box, 3).sum((2, 4)) / whole[..., None], shown
 
 
 def off(pixels: Any, target: Grid, found: Any) -> float:

@@ -41,8 +41,7 @@ def made(layout: Any, size: int, function: Any = smooth) -> EnvironmentMap:
 
 # Measured at 16, 64, 256 texels: cube 0.993 0.997 0.999, hemicube 1.024 1.004 1.001, octahedral 0.981 0.995 0.999.
 # Discs 0.77 to 0.89: beyond the rim they hold the nearest texel, so the last texel before it changes less than others.
-# Of a mirror ball's rim, which is one direction, the texels are some 10 degrees long: 0.91 to 1.06.
-MOST = {"mirror-ball": 1.08}
+# Of a mirror ball's rim, which is one direction, the texels are some 10 degrees long: 0.82 to 0.87.
 
 
 @pytest.mark.parametrize("size", [16, 64, 128])
@@ -50,7 +49,7 @@ MOST = {"mirror-ball": 1.08}
 def test_a_smooth_function_has_no_seam(name: str, size: int) -> None:
     environment = made(LAYOUTS[name], size)
     step = seam_step(environment)
-    assert step < MOST.get(name, 1.05)
+    assert step < 1.05
     if not environment.layout.whole and environment.layout.disc:
         # The rim is the horizon, below which the upper half is mirrored.
         # Of the orthographic disc a texel at the rim is 1e-4 of a radian off, as the root of rounding.

@@ -216,9 +216,9 @@ def test_kaiser_keeps_waves_better_than_the_box_and_has_no_seam(layout: Layout) 
     # At a lat-long's poles texels are so narrow that both are off by as much.
     assert error["kaiser"] < (0.95 if layout is LATLONG else 0.9) * error["box"]
     level = EnvironmentMap(layout, environment_levels(_waves(layout, 64, 3), "kaiser")[1])
-    # The function's own values have steps of 1; at a lat-long's poles twice as much, times the share of its weights.
-    # An octahedron's folds bend within the kernel.
-    assert seam_step(level) < {LATLONG: 3.5, OCTAHEDRAL: 1.1}.get(layout, 1.05)
+    # The function's own values have steps of 1. An octahedron's folds bend within the kernel; a lat-long's last row is
+    # mended as a mean is (`glbump.maps.poles`), which it is not quite.
+    assert seam_step(level) < {LATLONG: 1.1, OCTAHEDRAL: 1.1}.get(layout, 1.05)
 
 
 def test_kaiser_stays_within_what_the_picture_holds() -> None:

@@ -79,6 +79,11 @@ class Layout(Frozen):
     def __repr__(self) -> str:
         return f"Layout({self.name})"
 
+    @property
+    def rim_is_pole(self) -> bool:
+        """Whether all of its rim is one direction: of a disc that shows the whole sphere."""
+        return self.disc and self.whole and self.tiles == 1
+
     def shape(self, size: int) -> tuple[int, int, int]:
         """Tiles, rows and columns, with tiles `size` texels high; hemicubes `size` wide."""
         return (self.tiles, size // 2, size) if self.name == "hemicube" else (self.tiles, size, self.aspect * size)
@@ -186,6 +191,13 @@ def inside(layout: Layout, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
     return result
 
 
+def beside_rim(size: int) -> npt.NDArray[np.bool_]:
+    """(size, size) whether a disc's texel has its centre less than one texel from the rim."""
+    from_middle = np.arange(size) + 0.5 - 0.5 * size
+    result: npt.NDArray[np.bool_] = np.abs(np.hypot(from_middle[None, :], from_middle[:, None]) - 0.5 * size) < 1
+    return result
+
+
 def above(layout: Layout, dir: F64) -> F64:
     """The directions, those that a layout of the upper half does not show turned up: y = |y|."""
     if layout.whole:
@@ -209,16 +221,19 @@ def completed(layout: Layout, pixels: F32) -> F32:
 def _nearest(layout: Layout, pixels: F32, dirs: F64) -> F32:
     _, height, width, _ = pixels.shape
     tile, s, t = layout.place(dirs)
+    a, b = s - 0.5, t - 0.5
+    r = np.hypot(a, b)
     if layout.disc:
         # A texel whose centre is inside lies at most half a texel's diagonal nearer to the middle.
-        a, b = s - 0.5, t - 0.5
-        r = np.hypot(a, b)
         most = 0.5 - np.hypot(0.5 / width, 0.5 / height)
         shrink = np.where(r > most, most / np.maximum(r, 1e-300), 1.0)
         s, t = 0.5 + a * shrink, 0.5 + b * shrink
     i = np.clip((t * height).astype(np.intp), 0, height - 1)
     j = np.clip((s * width).astype(np.intp), 0, width - 1)
     result: F32 = pixels[tile, i, j]
+    if layout is MIRROR_BALL:
+        # All round its rim is one direction, to which no texel is nearer than the others.
+        result[r >= 0.5] = pixels[:, beside_rim(width) & inside(layout, (width, height))].mean(axis=(0, 1), dtype=float)
     return result
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,11 +20,15 @@ from glbump.maps.layout import (
     CUBE,
     HEMICUBE,
     LATLONG,
+    PARABOLOID,
     EnvironmentMap,
     Layout,
+    beside_rim,
     on_border,
     sample,
+    texel_dirs,
 )
+from glbump.maps.poles import rows_at_poles, texels_at_rim
 
 F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
@@ -45,24 +48,26 @@ def environment_levels(environment: EnvironmentMap, how: str = "box") -> list[F3
 
     "box" keeps the light of all directions, and a constant, exactly but for the rounding of float32; sums are in
     float64. Where a disc's texels reach past its rim, they hold the light of the directions there, too (`completed`).
-    Samples on the border of a tile (OpenEXR) that lie on one edge with others are one in all levels: level 0's are.
+    At poles levels that are made, but for "hardware", are as `glbump.maps.poles` has them: none has a seam. Samples on
+    the border of a tile (OpenEXR) that lie on one edge with others are one in all levels: level 0's are.
     """
     if how == "hardware":
         return pyramid.chain(environment.pixels)
     layout, sizes = environment.layout, level_sizes(environment)
     levels = [environment.pixels]
     mean: npt.NDArray[Any] = environment.pixels
+    if layout.rim_is_pole:
+        mean = np.concatenate([mean, texel_dirs(layout, sizes[0])], axis=-1)
     kaiser = how == "kaiser" and not layout.disc and not environment.has_own_grid
-    for size, next_size in pairwise(sizes):
+    for size in sizes[:-1]:
         if kaiser and min(size) >= pyramid.LEAST_KAISER:
-            level = _sharp(replace(environment, pixels=levels[-1]), levels[0])
-            mean = level
+            mean = level = _sharp(replace(environment, pixels=mean), levels[0])
         else:
             weights = _weights(environment, size)
             mean = pyramid.merge(mean, weights)
-            level = mean.astype(np.float32)
-            if environment.has_own_grid and min(next_size) > 1:
-                level = _welded(level, layout, weights.sum(axis=(2, 4)))
+            level = _at_edges(mean, environment, weights.sum(axis=(2, 4)))
+        if layout is LATLONG and not environment.has_own_grid:
+            level = rows_at_poles(level)
         levels.append(level)
     return levels
 
@@ -101,13 +106,19 @@ def _places(edges: F64, environment: EnvironmentMap, axis: int) -> F64:
 
 def _weights(environment: EnvironmentMap, size: tuple[int, int]) -> F64:
     """(tiles or 1, h, p, w or 1, q): steradians of what each texel of the level after the one of `size` shares with the
-    p x q texels of this one that it covers."""
+    p x q texels of this one that it covers; at a dual paraboloid's rim their sizes."""
+    layout = environment.layout
     s, t = (_places(pyramid.part_edges(n), environment, axis) for axis, n in enumerate(size))
-    steradians = angles(environment.layout, s, t)
+    steradians = angles(layout, s, t)
     (w, q), (h, p) = (pyramid.parts(n) for n in size)
     if steradians.shape[2] == 1:
         return np.broadcast_to(steradians.reshape(-1, h, p, 1, 1), (len(steradians), h, p, 1, q))
-    return steradians.reshape(-1, h, p, w, q)
+    weights = steradians.reshape(-1, h, p, w, q)
+    if layout is PARABOLOID:
+        # Where two discs meet, means by solid angle are those of places a little within, on both sides of the seam.
+        by_size = np.multiply.outer(*(np.diff(pyramid.part_edges(n)) for n in size[::-1])).reshape(h, p, w, q)
+        weights = np.where(beside_rim(w)[:, None, :, None], by_size, weights)
+    return weights
 
 
 # ------------------------------------------------------------ solid angles
@@ -193,6 +204,18 @@ def _cross(a: Vector, b: Vector) -> Vector:
 
 
 # ------------------------------------------------------------ edges
+
+
+def _at_edges(mean: F64, environment: EnvironmentMap, steradians: F64) -> F32:
+    """The level (tiles, h, w, 3) of these means, as look-ups across edges need it. Of a disc whose rim is one
+    direction, the means of the unit direction follow those of light: (1, n, n, 6)."""
+    layout = environment.layout
+    if layout.rim_is_pole:
+        return texels_at_rim(mean[..., :3], layout, steradians, mean[..., 3:])
+    level = mean.astype(np.float32)
+    if environment.has_own_grid and min(level.shape[1:3]) > 1:
+        return _welded(level, layout, steradians)
+    return level
 
 
 def _welded(level: F32, layout: Layout, steradians: F64) -> F32:

@@ -222,5 +222,6 @@ def mirror_ball_dir(tile: npt.ArrayLike, s: npt.ArrayLike, t: npt.ArrayLike) -> 
     r = np.hypot(a, b)
     scale = np.where(r > 1, 1 / np.maximum(r, 1.0), 1.0)
     a, b = a * scale, b * scale
-    up = np.sqrt(np.maximum(1 - a * a - b * b, 0.0))
+    # 0 also where rounding would leave a root of 1e-8, and with it a way to some texel of the rim.
+    up = np.where(r < 1, np.sqrt(np.maximum(1 - a * a - b * b, 0.0)), 0.0)
     return np.stack([2 * up * a, 2 * up * b, 2 * up * up - 1], axis=-1)
