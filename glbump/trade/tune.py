@@ -42,6 +42,8 @@ MARGIN = 0.97
 """Of the promise: what a setting is held to, so that the last digits of a truth do not break it."""
 HOPEFUL, HOPEFUL_TIME = 0.8, 1.1
 """What is hoped of more samples: of the gain that they bring without levels, the error; of their time."""
+ALIKE = 1.02
+"""Of the least error: what counts as no more."""
 CHEAPER = 0.95
 """Of a time or an error: what must be less to count as less."""
 ENDED = f"the search ended after {FRAMES} frames of exact; more may be gained"
@@ -233,7 +235,7 @@ class _Search:
 
     def _with_levels(self, steps: Sequence[Tried]) -> list[Tried]:
         """One sample a pixel, footprints averaged in one way or another: those that help. The first way by each
-        preset's other knobs, and the others by the best of these."""
+        preset's other knobs, and the others by the cheapest of these that are as good as the best."""
         found: list[Tried] = []
         presets = list(PRESETS)
         for changes in LEVELS:
@@ -243,7 +245,10 @@ class _Search:
                 tried = self.probe.measure(Quality(preset, samples=1, **LEVEL_0 | changes))
                 if tried is not None and tried.error < steps[0].error and tried not in found:
                     found.append(tried)
-            presets = [min(found, key=_error).quality.preset if found else steps[-1].quality.preset]
+            if len(presets) > 1:
+                seen = found or steps[-1:]
+                most = ALIKE * min(map(_error, seen))
+                presets = [min((self.probe.timed(t) for t in seen if t.error <= most), key=_ms).quality.preset]
         return found
 
     def _measured(self, single: Tried, step: Tried) -> Tried:
