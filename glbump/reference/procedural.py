@@ -224,16 +224,18 @@ def fractal_radiance(
     haze: npt.ArrayLike,
     rock: npt.ArrayLike,
     snow: npt.ArrayLike,
-    relief: float,
-    seed: int,
-    steps: int,
+    relief: npt.ArrayLike,
+    seed: npt.ArrayLike,
+    steps: npt.ArrayLike,
 ) -> F64:
-    """(..., 3): the landscape where the ray meets it, under a sky.
+    """(..., 3): the landscape where the ray meets it, under a sky. relief, seed, steps: (...).
 
     The ground is looked at where the ray passes `steps` distances, and is straight between them.
     What rises into a part of the footprint covers that part; for each such event it is looked at twice more.
     """
-    d, ddx, ddy = (a.reshape(-1, 3) for a in np.broadcast_arrays(_float(dir_env), _float(ddx), _float(ddy)))
+    shape = np.broadcast_shapes(np.shape(dir_env), np.shape(ddx), np.shape(ddy))
+    d, ddx, ddy = (np.broadcast_to(_float(a), shape).reshape(-1, 3) for a in (dir_env, ddx, ddy))
+    relief, seed, steps = (np.broadcast_to(np.asarray(a), shape[:-1]).ravel() for a in (relief, seed, steps))
     width = np.maximum(np.linalg.norm(ddx, axis=-1), np.linalg.norm(ddy, axis=-1))
     air = _mix(haze, sky, np.maximum(soft_sign(d[:, 1], footprint_reach(ddx, ddy), 0.35), 0))
     light = np.zeros_like(d)
@@ -241,32 +243,34 @@ def fractal_radiance(
     before = np.zeros(len(d))  # 0 where the ray was not above the ground
 
     def look(ray: Index, at: F64, facing: npt.ArrayLike = 1.0) -> F64:
-        return landscape(at[:, None] * d[ray][:, ::2], at * width[ray] / facing, relief, seed)
+        return landscape(at[:, None] * d[ray][:, ::2], at * width[ray] / facing, relief[ray], seed[ray])
 
     on = np.arange(len(d))
-    for far in march_distance(np.arange(steps), steps):
-        on = on[(free[on] > 0) & ((d[on, 1] <= 0) | (far * d[on, 1] <= GROUND + relief))]
+    for number in range(steps.max(initial=0)):
+        far = march_distance(number, steps)
+        on = on[(number < steps[on]) & (free[on] > 0)]
+        on = on[(d[on, 1] <= 0) | (far[on] * d[on, 1] <= GROUND + relief[on])]
         if not len(on):
             break
-        bound = GROUND + relief * valley(far * np.hypot(d[on, 0], d[on, 2]))[:, 0]
-        above = d[on, 1] - bound / far
+        bound = GROUND + relief[on] * valley(far[on] * np.hypot(d[on, 0], d[on, 2]))[:, 0]
+        above = d[on, 1] - bound / far[on]
         near = above <= width[on]
-        above[near] = clearance(d[on[near]], far, look(on[near], np.full(near.sum(), far)))
+        above[near] = clearance(d[on[near]], far[on[near]], look(on[near], far[on[near]]))
         covered = np.clip(0.5 - above / np.maximum(width[on], 1e-6), 0, 1)
-        before[on], nearer = np.where(above > 0, far, 0.0), before[on]
+        before[on], nearer = np.where(above > 0, far[on], 0.0), before[on]
         more = 1 - covered < free[on]
         if not more.any():
             continue
-        ray, now, nearer = on[more], above[more], nearer[more]
+        ray, now, nearer, here = on[more], above[more], nearer[more], far[on[more]]
         crossed = (nearer > 0) & (now <= 0)
-        at = np.where(crossed, nearer, far)
+        at = np.where(crossed, nearer, here)
         ground = look(ray, at)
         was = at * clearance(d[ray], at, ground)
-        at = at + (far - at) * np.divide(was, was - far * now, out=np.zeros_like(at), where=crossed)
+        at = at + (here - at) * np.divide(was, was - here * now, out=np.zeros_like(at), where=crossed)
         # Seen at a grazing angle, the footprint is longer on the ground than across the ray.
         facing = np.maximum(np.abs(_dot(mean_normal(ground), d[ray])), 0.1)
         clear = 2.0 ** (-at / FARTHEST) * (1 - (at / FARTHEST) ** 2)
-        colour = _mix(air[ray], lit_ground(look(ray, at, facing), relief, rock, snow), clear)
+        colour = _mix(air[ray], lit_ground(look(ray, at, facing), relief[ray], rock, snow), clear)
         light[ray] += (free[ray] + covered[more] - 1)[:, None] * colour
         free[ray] = 1 - covered[more]
-    return (light + free[:, None] * air).reshape(np.broadcast_shapes(np.shape(dir_env), (3,)))
+    return (light + free[:, None] * air).reshape(shape)

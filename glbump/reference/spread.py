@@ -113,13 +113,15 @@ def widened_footprint(
     dir: npt.ArrayLike, ddx: npt.ArrayLike, ddy: npt.ArrayLike, a: npt.ArrayLike, b: npt.ArrayLike
 ) -> tuple[F64, F64, F64]:
     """Unit axes (..., 3), across the unit dir and each other, and squares (..., 2) of the lengths along them, the
-    longer first, of the sum of w w^T of all four."""
+    longer first, of the sum of w w^T of all four. Without any: the first axis across dir."""
     d, *sides = np.broadcast_arrays(_f64(dir), _f64(ddx), _f64(ddy), _f64(a), _f64(b))
     across = np.eye(3) - _outer(d)
     wide = sum((_outer(_dot(across, side[..., None, :])) for side in sides), np.zeros((*d.shape, 3)))
     values, vectors = np.linalg.eigh(wide)
     # Of either sign: on the side of the first axis across dir, and turned from there to the left.
-    longer = vectors[..., 2] * np.where(_dot(vectors[..., 2], axes_across(d)[0]) < 0, -1.0, 1.0)[..., None]
+    first = axes_across(d)[0]
+    longer = vectors[..., 2] * np.where(_dot(vectors[..., 2], first) < 0, -1.0, 1.0)[..., None]
+    longer = np.where(values[..., 2:] > 0, longer, first)
     return longer, np.cross(d, longer), np.maximum(values[..., :0:-1], 0.0)
 
 

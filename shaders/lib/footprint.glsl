@@ -21,7 +21,7 @@ vec3 hit_change(vec3 dp, vec3 dir, vec3 n, float least) {
 // as far as it leans outwards, and with the tube.
 vec3 torus_normal_change(vec3 p_object, vec3 dp, float radius) {
     float h = length(p_object.xz);
-    vec2 out_dir = h > 0.0 ? p_object.xz / h : vec2(0.0, 1.0);
+    vec2 out_dir = p_object.xz / max(h, 1e-30);
     vec3 parallel = vec3(out_dir.y, 0.0, -out_dir.x);
     vec2 ring = vec2(h - radius, p_object.y);
     float round_axis = dot(dp, parallel);

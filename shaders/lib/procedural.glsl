@@ -161,7 +161,7 @@ vec3 fractal_radiance(vec3 dir_env, vec3 ddx, vec3 ddy, vec3 sky, vec3 haze, vec
         before = far;
         far = march_distance(++i, steps);
     }
-    while (i < steps && open > 0.0) {
+    while (open > 0.0) {
         float above = 0.0;
         float covered = 0.0;
         for (; i < steps; ++i) {
