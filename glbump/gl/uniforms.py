@@ -18,6 +18,7 @@ from glbump.gl.textures import MeshBuffers
 from glbump.maps.bump_formats import code_range
 from glbump.maps.layout import EnvironmentMap, sheet_corners
 from glbump.maps.levels import level_sizes
+from glbump.maps.moments import moment_scale
 from glbump.mesh import outline_matrix
 from glbump.plan import EnvironmentPlan, Plan, SurfacePlan
 from glbump.plan.choices import BY_PIXEL, DIFFUSES, GENERAL, MESH
@@ -239,7 +240,7 @@ def _layer_uniforms(
     }
     if how.has("FLATS"):
         flats = [contents.flats(layer.bump, layer.kernel).moments for layer in how.layers]
-        values["flat_moments"] = [m * _products(s) for m, s in zip(flats, slope_scale)]
+        values["flat_moments"] = [m * moment_scale(s) for m, s in zip(flats, slope_scale)]
     for axis, name in enumerate(("origin_u", "origin_v")):
         values[name] = [_origin_in_repeats(layer, axis, origin) for layer in how.layers]
     return {name: _of_layers(rows) for name, rows in values.items()}
@@ -316,12 +317,7 @@ def _slope_scale(layer: Layer, unit: float, world_unit: float) -> F64:
 
 
 def _spread_scale(slope_scale: F64, layer: Layer, contents: Contents) -> F64:
-    return _products(slope_scale * (contents.steepest(layer.bump, layer.kernel) or 1.0))
-
-
-def _products(scale: F64) -> F64:
-    u, v = scale
-    return np.array([u * u, u * v, v * v])
+    return moment_scale(slope_scale * (contents.steepest(layer.bump, layer.kernel) or 1.0))
 
 
 def _origin_in_repeats(layer: Layer, axis: int, origin: F64) -> F64:

@@ -51,6 +51,12 @@ def lean_levels(slopes: npt.NDArray[Any], unit: float, apart: Flats | None = Non
     return [np.concatenate(both, axis=-1, dtype=np.float32) for both in zip(levels, shares, strict=True)]
 
 
+def moment_scale(scale: npt.ArrayLike) -> F64:
+    """(3,) what second moments uu, uv, vv are times, where slopes along u and v are times `scale` (2,)."""
+    u, v = np.asarray(scale, np.float64)
+    return np.array([u * u, u * v, v * v])
+
+
 def toksvig_levels(slopes: npt.NDArray[Any], unit: float, *, are_lengths: bool) -> list[F32]:
     """The same as one variance for all directions, (h, w, 1): (1 - |N|) / |N| of the mean N of unit normals (Toksvig,
     "Mipmapping Normal Maps", 2005).

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from glbump.contents import Contents
 from glbump.maps import pyramid
 from glbump.maps.bump_formats import CODED, FOLDED_BYTES, XY, XYZ, BumpFormat, code_range
+from glbump.maps.moments import moment_scale
 from glbump.quality import Quality
 from glbump.reference import bump as bumps
 from glbump.reference import encodings, footprint, gradients, spread
@@ -50,7 +51,8 @@ class Relief:
         self._spreads = [self._spread_levels(layer, quality, contents) for layer in self.layers]
         steep = [contents.steepest(layer.bump, layer.kernel) > 0 for layer in self.layers]
         self.has_spread = any(levels and bends for levels, bends in zip(self._spreads, steep))
-        self._flats = self._moments_of_flats(quality, contents) if all(self._spreads) else []
+        self._has_flats = flat_share(self.layers, quality, contents) > 0
+        self._of_flats = [self._moments_of_flats(layer, contents) for layer in self.layers]
 
     def _levels(self, layer: Layer, contents: Contents) -> list[F64]:
         """(H, W, C), row 0 at v = 0, as the texture's filter sees them: what was stored, read back."""
@@ -77,13 +79,11 @@ class Relief:
             np.concatenate([level * unit, 0 * level, level * unit, np.ones_like(level)], axis=-1) for level in levels
         ]
 
-    def _moments_of_flats(self, quality: Quality, contents: Contents) -> list[F64]:
-        """(3,) for each layer, as slope_scale has them; none where flat places are not kept apart."""
-        if not flat_share(self.layers, quality, contents):
-            return []
-        bumps = [layer.bump for layer in self.layers]
-        moments = [contents.flats(layer.bump, layer.kernel).moments for layer in self.layers]
-        return [m * _products(bump.slope_scale) for m, bump in zip(moments, bumps)]
+    def _moments_of_flats(self, layer: Layer, contents: Contents) -> F64:
+        """(3,) second moments of a layer's flat slopes, as slope_scale has them; 0 where these are not kept apart."""
+        if not self._has_flats:
+            return np.zeros(3)
+        return contents.flats(layer.bump, layer.kernel).moments * moment_scale(layer.bump.slope_scale)
 
     def bent(
         self, hit: Hits, front: Index, p_object: Varied, normals: Varied, linear: F64, at: Place, *, whole: bool
@@ -101,8 +101,8 @@ class Relief:
         # Of all slopes that are not seen one by one, and of those of them that are flat.
         by_uv_moments, total = np.zeros((2, len(uv), 3)), np.zeros((2, len(uv), 3))
         flats = np.ones(len(uv))
-        for i, (layer, levels, spreads) in enumerate(zip(self.layers, self._maps, self._spreads)):
-            bump, of_flats = layer.bump, self._flats[i] if self._flats else np.zeros(3)
+        for layer, levels, spreads, of_flats in zip(self.layers, self._maps, self._spreads, self._of_flats):
+            bump = layer.bump
             if layer.is_triplanar:
                 # Of a height that is known where the object is: rows, by the inverse.
                 inverse = np.linalg.inv(linear)
@@ -146,16 +146,32 @@ class Relief:
             both = zip(at.differences(p @ linear.T), at.differences(on_screen[:, None]), strict=True)
             (p_x, h_x), (p_y, h_y) = both
             gradient += bumps.surface_gradient(n_env, p_x, p_y, np.concatenate([h_x, h_y], axis=-1))
-        if whole or not self._flats:
-            around = spread.spread_along(*axes, total[0])
-            return [_facing(np.ones(len(uv)), normals, gradient, around, at, self.has_taps)]
+        if whole or not self._has_flats:
+            return [self._facing(np.ones(len(uv)), normals, gradient, total[0], at)]
+        return self._parted(flats, normals, gradient, total, at)
+
+    def _parted(self, flats: F64, normals: Varied, gradient: F64, moments: F64, at: Place) -> list[Facing]:
+        """A share (K,) of flat places, with the surface's own normals, and the others, whose gradients and moments
+        follow from those of all, (K, 3) and (2, K, 3), with those of flat ones."""
+        axes = axes_across(normals.at)
         mean = np.stack([np.einsum("ki,ki->k", gradient, axis) for axis in axes], axis=-1)
-        steep, mean, moments = spread.steep_part(1 - flats, mean, total[0])
+        steep, mean, theirs = spread.steep_part(1 - flats, mean, moments[0])
         gradient = mean[:, :1] * axes[0] + mean[:, 1:] * axes[1]
         return [
-            Facing(1 - steep, normals, Varied(n_env, *spread.spread_along(*axes, total[1]))),
-            _facing(steep, normals, gradient, spread.spread_along(*axes, moments), at, self.has_taps),
+            Facing(1 - steep, normals, Varied(normals.at, *spread.spread_along(*axes, moments[1]))),
+            self._facing(steep, normals, gradient, theirs, at),
         ]
+
+    def _facing(self, share: F64, normals: Varied, gradient: F64, moments: F64, at: Place) -> Facing:
+        """Normals bent by a gradient (K, 3), with its second moments (K, 3) across them."""
+        bent, still = bumps.bump_normal(normals.at, gradient), np.zeros_like(gradient)
+        changes = (
+            footprint.bump_normal_change(normals.at, gradient, dn, dg)
+            for dn, dg in zip(normals[1:], at.differences(gradient), strict=True)
+        )
+        around = spread.spread_along(*axes_across(normals.at), moments)
+        spreads = (footprint.bump_normal_change(normals.at, gradient, still, s) for s in around)
+        return Facing(share, Varied(bent, *changes), Varied(bent, *spreads), self.has_taps)
 
     def _changes(self, hit: Hits, front: Index, p: Varied, uv: F64, at: Place) -> tuple[F64, F64]:
         """Changes (K, 2) of u and v from pixel to pixel."""
@@ -252,32 +268,16 @@ class Relief:
             both = inside.all(axis=-1)
             kept = _LEVEL_0 + (kept - _LEVEL_0) * np.stack([inside[:, 0], both, inside[:, 1], both], axis=-1)
         kept = _LEVEL_0 + (kept - _LEVEL_0) * np.clip(level, 0, 1)[:, None]
-        return kept * (*_products(layer.bump.slope_scale), 1)
+        return kept * (*moment_scale(layer.bump.slope_scale), 1)
 
 
 _LEVEL_0 = np.array([0.0, 0.0, 0.0, 1.0])
 """What is kept where no slopes are averaged."""
 
 
-def _products(scale: Sequence[float]) -> F64:
-    u, v = scale
-    return np.array([u * u, u * v, v * v])
-
-
 def _both(kept: F64, of_flats: F64) -> F64:
     """(2, K, 3): second moments of all slopes, kept (K, 4), and of flat ones."""
     return np.stack([kept[:, :3], np.broadcast_to(of_flats, (len(kept), 3))])
-
-
-def _facing(share: F64, normals: Varied, gradient: F64, around: tuple[F64, F64], at: Place, tapped: bool) -> Facing:
-    """Normals bent by a gradient (K, 3), with a spread of it."""
-    bent, still = bumps.bump_normal(normals.at, gradient), np.zeros_like(gradient)
-    changes = (
-        footprint.bump_normal_change(normals.at, gradient, dn, dg)
-        for dn, dg in zip(normals[1:], at.differences(gradient), strict=True)
-    )
-    spreads = (footprint.bump_normal_change(normals.at, gradient, still, s) for s in around)
-    return Facing(share, Varied(bent, *changes), Varied(bent, *spreads), tapped)
 
 
 _PLANES = (((0, 0, -1), (0, 1, 0)), ((1, 0, 0), (0, 0, -1)), ((1, 0, 0), (0, 1, 0)))
